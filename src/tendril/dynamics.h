@@ -1,0 +1,103 @@
+/// tendril/dynamics.h: the geometrically exact rod with contact, friction and grippers, one time step at a time.
+///
+/// Every step minimises an incremental potential by Newton's method; every Newton step is cut back by continuous
+/// collision detection, so no iterate ever penetrates. src/tendril/dynamics/README.md has the equations.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+
+#include "tendril/geometry.h"
+#include "tendril/scenario.h"
+
+namespace tendril {
+
+/// How exactly a step is solved. The motion is free of penetration whatever stands here.
+struct NewtonSettings {
+  int max_iterations = 30;
+  double tolerance = 1e-5;  // largest node motion (in L, rad) of the step after which the state counts as converged
+};
+
+/// Everything about a simulation that does not change while it runs. Refers to the obstacles, does not own them.
+struct RodModel {
+  RodModel(const Scenario& scenario, const Obstacles& obstacles);
+
+  RodProperties rod;
+  SimulationSettings simulation;
+  GripperLimits grippers;
+  Box workspace;
+  double friction = 0;
+  Vector3 gravity = Vector3::Zero();
+  NewtonSettings newton;
+  const Obstacles* obstacles;
+};
+
+/// What one gripper does during one step.
+struct GripperGoal {
+  bool held = false;
+  Pose pose;  // the pose the held end is driven to in this step; unused if free
+};
+
+struct StepReport {
+  enum class Status { converged, iteration_limit, stalled } status = Status::converged;
+  int iterations = 0;
+  int contacts = 0;        // active contact terms at the end of the step
+};
+
+/// Scratch memory of step(): reused, so that a step allocates nothing after the first. One per thread.
+class RodWorkspace {
+ public:
+  RodWorkspace();
+  ~RodWorkspace();
+  RodWorkspace(RodWorkspace&&) noexcept;
+  /// The shapes the last step passed through, each reached from the one before (the first from the step's start) with
+  /// every node on a straight line, certified free; the last is the step's result. One element if the straight line from
+  /// start to result is itself free.
+  [[nodiscard]] std::span<const RodShape> wayPoints() const;
+
+  struct Impl;
+  [[nodiscard]] Impl& impl() { return *impl_; }
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Advances `state` by the model's time step. `record_way_points` fills workspace.wayPoints().
+StepReport step(const RodModel& model, const std::array<GripperGoal, 2>& goals, RodState& state,
+                RodWorkspace& workspace, bool record_way_points = false);
+
+/// The pose a gripper at `from` is driven to within one step toward `target`: straight line, shortest turn, at most
+/// max_speed dt and max_turn dt.
+[[nodiscard]] Pose approach(const Pose& from, const Pose& target, const GripperLimits& limits, double dt);
+
+/// Carries out one control step by step: holds what is held at the pose it has at the start, moves what moves.
+class ControlRunner {
+ public:
+  ControlRunner(const RodModel& model, const Control& control, const RodState& state);
+  /// One time step. Returns the step's report.
+  StepReport advance(RodState& state, RodWorkspace& workspace, bool record_way_points = false);
+
+ private:
+  const RodModel& model_;
+  Control control_;
+  std::array<Pose, 2> held_;
+};
+
+/// What became of a simulation of several controls.
+struct SimulationResult {
+  Trajectory trajectory;   // every step, and the way points needed to prove it free
+  RodState final_state;
+  std::int64_t steps = 0;
+  bool cancelled = false;
+};
+
+/// The number of time steps of a control; its times are multiples of the time step. Throws InputError if not.
+[[nodiscard]] int stepCount(const Control& control, double time_step);
+
+/// Simulates the controls from `start` (at rest). Deterministic: the same model, start and controls give the same bytes.
+[[nodiscard]] SimulationResult simulate(const RodModel& model, const RodShape& start,
+                                        std::span<const Control> controls,
+                                        const std::atomic<bool>* cancel = nullptr);
+
+}  // namespace tendril

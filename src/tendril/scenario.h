@@ -1,0 +1,128 @@
+/// tendril/scenario.h: a scenario file as plain data: read, checked, nothing computed. See docs/scenario.md.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "tendril/rod.h"
+
+namespace tendril {
+
+/// A mesh named by a scenario; vertices become rotation (scale v) + position, in metres.
+struct MeshReference {
+  std::string file;  // as written; relative to the scenario's folder
+  double scale = 1.0;
+  Pose pose;
+};
+
+/// An axis-aligned box [m].
+struct Box {
+  Vector3 min = Vector3::Constant(-1), max = Vector3::Constant(1);
+  [[nodiscard]] bool contains(const Vector3& p) const {
+    return (p.array() >= min.array()).all() && (p.array() <= max.array()).all();
+  }
+};
+
+struct Environment {
+  std::vector<MeshReference> meshes;
+  Box workspace;           // every node stays inside; samples are drawn here
+  double friction = 0.0;   // Coulomb coefficient between rod and obstacles
+  Vector3 gravity = Vector3::Zero();  // m/s^2
+};
+
+/// Which ends a plan may hold at once.
+enum class Grasp { both, first, last };
+[[nodiscard]] const char* name(Grasp grasp);
+
+struct GripperLimits {
+  std::vector<Grasp> grasps = {Grasp::both, Grasp::first, Grasp::last};
+  double max_speed = 1.0;   // m/s
+  double max_turn = 4.0;    // rad/s
+  double max_force = 0.0;   // N; default 200 EI/L^2, filled in on reading
+  double max_torque = 0.0;  // N m; default 10 EI/L, filled in on reading
+  [[nodiscard]] bool allows(Grasp grasp) const;
+};
+
+enum class Scheme { implicit_euler, second_order };
+
+struct SimulationSettings {
+  bool inertia = true;  // false: overdamped settling
+  Scheme scheme = Scheme::implicit_euler;
+  double time_step = 0.02;          // s
+  double drag = 2.0;                // 1/s, mass-proportional: a free motion decays as exp(-drag t)
+  double stiffness_damping = 0.002; // s, Rayleigh beta
+  double contact_distance = 0.0;    // m, the barrier's reach dhat; default filled in on reading (optional key of ours)
+};
+
+/// The goal region: every state whose two gripper frames lie within `position` (and `angle`) of the goal's and, where
+/// `shape` is given, whose every node lies within it of the goal's shape.
+struct Goal {
+  Placement placement;
+  double position_tolerance = 0.05;       // m
+  std::optional<double> angle_tolerance;  // rad, of the whole frame, twist included
+  std::optional<double> shape_tolerance;  // m
+};
+
+/// Settings of the planner, see docs/scenario.md for each. Defaults are what `--planner tendril` was tuned for.
+struct PlannerSettings {
+  double goal_bias = 0.2;             // probability of aiming at the goal
+  double reach_fraction = 0.01;       // epsilon of Algorithm 1 as a fraction of L
+  double phase_limit_s = 2.0;         // simulated time one phase of EXTEND may take
+  double explore_time_step_s = 0.05;  // time step of the coarse exploration
+  int explore_elements = 12;          // elements of the coarse exploration; 0: the rod's own
+  int explore_newton_iterations = 2;  // Newton iterations a coarse step may take
+  double sample_moment = 6.283185307179586;  // half-width of the box of a: moments, EI/L
+  double sample_force = 40.0;                // half-width of the box of a: forces, EI/L^2
+};
+
+/// Calls visit(key, field, low, high, unit, meaning) for every setting, so that reader, writer and docs agree.
+template <class Settings, class Visit>
+void visitPlannerSettings(Settings& s, Visit&& visit) {
+  visit("goal_bias", s.goal_bias, 0.0, 1.0, "-", "probability of aiming at the goal");
+  visit("reach_fraction", s.reach_fraction, 1e-6, 1.0, "L", "a gripper has arrived within this of its target");
+  visit("phase_limit_s", s.phase_limit_s, 1e-3, 1e3, "s", "simulated time one phase of EXTEND may take");
+  visit("explore_time_step_s", s.explore_time_step_s, 1e-4, 1.0, "s", "time step of the coarse exploration");
+  visit("explore_elements", s.explore_elements, 0, 1000, "-",
+        "elements of the coarse exploration; 0: the rod's own");
+  visit("explore_newton_iterations", s.explore_newton_iterations, 1, 100, "-",
+        "Newton iterations a coarse step may take");
+  visit("sample_moment", s.sample_moment, 0.0, 100.0, "EI/L", "half-width of the sampling box of a, moments");
+  visit("sample_force", s.sample_force, 0.0, 1000.0, "EI/L^2", "half-width of the sampling box of a, forces");
+}
+
+struct Scenario {
+  std::string name, summary;
+  RodProperties rod;
+  Environment environment;
+  GripperLimits grippers;
+  SimulationSettings simulation;
+  std::optional<Placement> start;   // needs pose and wrench, or both grippers
+  std::optional<Pose> start_pose;   // start.pose if there is one, even without a wrench
+  std::optional<Goal> goal;
+  PlannerSettings planner;
+
+  std::filesystem::path file;       // where it was read (absolute, normalised)
+  std::string sha256;               // of the file's bytes
+
+  // Kept so that toJson writes the file's own form; exactly one is set.
+  struct Moduli {
+    double young_modulus, shear_modulus;  // Pa
+    std::optional<double> poisson_ratio;
+    double shear_correction = 1.0;
+  };
+  std::optional<Moduli> moduli;
+
+  /// The mesh's path, resolved against the scenario's folder.
+  [[nodiscard]] std::filesystem::path meshPath(const MeshReference& mesh) const;
+};
+
+/// Reads and checks a scenario file. Throws InputError: file, line, key, what is wrong, the nearest valid key.
+[[nodiscard]] Scenario readScenario(const std::filesystem::path& file);
+/// The same from text; `file` is what messages and relative mesh paths refer to. Sets sha256 of the text.
+[[nodiscard]] Scenario parseScenario(const std::string& text, const std::filesystem::path& file);
+/// The scenario with every default filled in, in the scenario format; parseScenario(toJson(s).dump()) gives s back.
+[[nodiscard]] nlohmann::json toJson(const Scenario& scenario);
+
+/// Reads {"controls": [...]}: times ascending without gaps from 0, held ends allowed by `grippers`, `moving` held or null.
+[[nodiscard]] std::vector<Control> readControls(const std::filesystem::path& file, const GripperLimits& grippers);
+
+}  // namespace tendril

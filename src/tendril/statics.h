@@ -1,0 +1,76 @@
+/// tendril/statics.h: equilibria of an extensible, shearable rod held at its ends, on the chart of Theorem 1; their
+/// stability by Theorem 2, exactly; sampling; fitting both ends. src/tendril/statics/README.md derives it.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "tendril/rod.h"
+
+namespace tendril {
+
+enum class Stability {
+  stable,    // no conjugate point in (0, 1]
+  unstable,  // at least one in (0, 1)
+  marginal   // one at (or within rounding of) 1, where Theorem 2 says nothing
+};
+
+/// One point of the chart: the rod whose first node is at `base` and carries the wrench a there.
+struct Equilibrium {
+  Pose base;
+  Vector6 wrench = Vector6::Zero();  // a = mu(0): N m, N, in the frame of the first node
+  RodShape nodes;                    // elements + 1 frames, world
+  double energy = 0;                 // J, elastic
+  Stability stability = Stability::unstable;
+  int conjugate_points = 0;          // in (0, 1), with multiplicity; valid unless inverted
+  std::optional<double> first_conjugate_t;  // in (0, 1]; empty exactly when stable
+};
+
+/// What the chart has to say of a wrench: `inverted` (1 + u4 <= 0.05 somewhere: no rod) or an equilibrium.
+enum class ChartStatus { equilibrium, inverted };
+
+/// Integrates the chart for one rod and keeps its memory between calls. Not thread-safe; make one per thread.
+class EquilibriumIntegrator {
+ public:
+  explicit EquilibriumIntegrator(const RodProperties& rod);
+  ~EquilibriumIntegrator();
+  EquilibriumIntegrator(EquilibriumIntegrator&&) noexcept;
+
+  /// Shape, energy and stability for the wrench a [N m, N] at `base`. `out` is reused: no allocation after the first call.
+  [[nodiscard]] ChartStatus solve(const Pose& base, const Vector6& wrench, Equilibrium& out);
+  /// Shape and energy only (three times faster); `out.stability` is left alone.
+  [[nodiscard]] ChartStatus shape(const Pose& base, const Vector6& wrench, Equilibrium& out);
+  /// Only the verdict and no conjugate time: the planner's question.
+  [[nodiscard]] bool isStable(const Vector6& wrench);
+  /// End frame relative to the base and its Jacobian J(1) = dq(1)/da in the end's body frame, (angular; linear),
+  /// [rad, m] per [N m, N].
+  [[nodiscard]] ChartStatus endPose(const Vector6& wrench, Pose& end_in_base, Matrix6& jacobian);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The smallest distance [m] of the centreline to itself between elements farther apart along the rod than pi r, where
+/// being near means self-contact and not just bending. Infinity if there are no such pairs.
+[[nodiscard]] double selfDistance(const RodShape& shape, const RodProperties& rod);
+
+/// Half-widths of the box A from which a is drawn, in the rod's own units.
+struct SamplingBox {
+  double moment = 6.283185307179586;  // EI/L
+  double force = 40.0;                // EI/L^2
+};
+/// Draws a from the box until it is stable, uninverted and (with the rod's radius) clear of itself. Expected draws about
+/// 4 at the default box. Base pose is left to the caller.
+[[nodiscard]] Equilibrium sampleStable(EquilibriumIntegrator& integrator, const RodProperties& rod,
+                                       const SamplingBox& box, Random& random);
+
+/// All distinct stable equilibria found between two end frames, by ascending energy: damped Newton on a with J(1),
+/// continued along the geodesic from the nearest rods of a library. Empty if none is found. Deterministic.
+[[nodiscard]] std::vector<Equilibrium> fitEnds(const RodProperties& rod, const GripperPoses& ends);
+
+/// Every stable equilibrium for a placement, by ascending energy: one or none for a pose and wrench.
+[[nodiscard]] std::vector<Equilibrium> equilibriaOf(const RodProperties& rod, const Placement& placement);
+
+}  // namespace tendril
