@@ -119,10 +119,20 @@ struct Scenario {
 [[nodiscard]] Scenario readScenario(const std::filesystem::path& file);
 /// The same from text; `file` is what messages and relative mesh paths refer to. Sets sha256 of the text.
 [[nodiscard]] Scenario parseScenario(const std::string& text, const std::filesystem::path& file);
-/// The scenario with every default filled in, in the scenario format; parseScenario(toJson(s).dump()) gives s back.
-[[nodiscard]] nlohmann::json toJson(const Scenario& scenario);
+/// The same from JSON that is part of another document; `where` names it in messages ("out/solution.json: scenario").
+/// Leaves `file` and `sha256` empty.
+[[nodiscard]] Scenario scenarioFromJson(const nlohmann::json& json, const std::string& where);
+/// The scenario with every default filled in, in the scenario format; parseScenario(toJson(s).dump()) gives s back, every
+/// number bit for bit.
+[[nodiscard]] nlohmann::ordered_json toJson(const Scenario& scenario);
+/// {position_m: [x, y, z], orientation_wxyz: [w, x, y, z]}
+[[nodiscard]] nlohmann::ordered_json toJson(const Pose& pose);
 
 /// Reads {"controls": [...]}: times ascending without gaps from 0, held ends allowed by `grippers`, `moving` held or null.
 [[nodiscard]] std::vector<Control> readControls(const std::filesystem::path& file, const GripperLimits& grippers);
+/// The list alone, from JSON that is part of another document. Judges types and poses, not whether the controls agree
+/// with each other or with a scenario. `where` as above.
+[[nodiscard]] std::vector<Control> controlsFromJson(const nlohmann::json& list, const std::string& where);
+[[nodiscard]] nlohmann::ordered_json toJson(const Control& control);
 
 }  // namespace tendril

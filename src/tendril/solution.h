@@ -40,8 +40,7 @@ void writeSolution(const Solution& solution, const std::filesystem::path& file);
 /// sha256 of every mesh file of a scenario, in order. Throws InputError if one is missing.
 [[nodiscard]] std::vector<std::string> meshHashes(const Scenario& scenario);
 
-/// {position_m, orientation_wxyz} and the 7 numbers x y z qw qx qy qz.
-[[nodiscard]] nlohmann::json toJson(const Pose& pose);
-[[nodiscard]] nlohmann::json nodesToJson(const RodShape& shape);
+/// One row x y z qw qx qy qz per node.
+[[nodiscard]] nlohmann::ordered_json nodesToJson(const RodShape& shape);
 
 }  // namespace tendril
