@@ -1,0 +1,151 @@
+#include "tendril/planner.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cmath>
+
+#include "commands.h"
+#include "common.h"
+
+namespace tendril::app {
+namespace {
+
+struct Options {
+  std::string scenario, folder, planner = "tendril";
+  std::uint64_t seed = 1;
+  double time_limit_s = 1200;
+  int threads = 1;
+  bool json = false;
+};
+
+/// One line on standard error, rewritten in place; nothing at all unless that is a terminal.
+class ProgressLine {
+ public:
+  ~ProgressLine() {
+    if (shown_) fmt::print(stderr, "\r\x1b[K");
+  }
+  void show(const PlanProgress& progress) {
+    if (!terminal_) return;
+    shown_ = true;
+    fmt::print(stderr, "\r\x1b[K{:.1f} s, {} states, {} steps, nearest to the goal {:.3g} m",
+               progress.elapsed_s, progress.states, progress.steps, progress.nearest_m);
+    std::fflush(stderr);
+  }
+
+ private:
+  bool terminal_ = isatty(STDERR_FILENO) != 0;
+  bool shown_ = false;
+};
+
+/// Verifies a plan that claims to be solved; takes the claim back if it does not hold.
+VerificationReport verifyClaim(Solution& solution) {
+  VerificationReport report = verify(solution);
+  if (report.valid()) return report;
+  solution.status = PlanStatus::iteration_limit;
+  for (const Check& check : report.checks)
+    if (!check.passed)
+      fmt::print(stderr, "tendril: the plan fails verification: {}: {}\n", check.name, check.message);
+  return report;
+}
+
+void printSummary(const Solution& solution, const std::optional<VerificationReport>& report,
+                  const Written& written) {
+  const Provenance& run = solution.run;
+  fmt::print("{} after {:.2f} s ({:.2f} s of processor time): {} iterations, {} states, {} steps\n",
+             name(solution.status), run.wall_time, run.cpu_time, run.iterations, run.states, run.steps);
+  fmt::print("the motion: {:.2f} s, {} controls, {} stored states\n", solution.trajectory.time_s.back(),
+             solution.controls.size(), solution.trajectory.shapes.size());
+  if (report && report->valid()) {
+    if (std::isfinite(report->smallest_clearance))
+      fmt::print("verified; the smallest clearance is at least {:.4g} mm\n",
+                 1e3 * report->smallest_clearance);
+    else
+      fmt::print("verified; there are no obstacles\n");
+  } else if (!report) {
+    fmt::print("no plan was found; this is the motion that came nearest to the goal\n");
+  }
+  fmt::print("{}\n{} (open it in a browser)\n", written.solution.string(), written.page.string());
+}
+
+nlohmann::json summaryJson(const Solution& solution, const std::optional<VerificationReport>& report,
+                           const Written& written) {
+  const Provenance& run = solution.run;
+  nlohmann::json json = {{"status", name(solution.status)},
+                         {"solution", written.solution.string()},
+                         {"page", written.page.string()},
+                         {"wall_time_s", run.wall_time},
+                         {"cpu_time_s", run.cpu_time},
+                         {"iterations", run.iterations},
+                         {"states", run.states},
+                         {"steps", run.steps},
+                         {"simulated_time_s", run.simulated_time},
+                         {"motion_time_s", solution.trajectory.time_s.back()},
+                         {"controls", solution.controls.size()},
+                         {"verified", report && report->valid()}};
+  if (report) json["verification"] = toJson(*report);
+  return json;
+}
+
+int run(const Options& options) {
+  const std::atomic<bool>& cancel = cancelFlag();
+  const Scenario scenario = readScenario(options.scenario);
+  const std::filesystem::path folder = outputFolder(options.folder, scenario);
+  const World world = loadWorld(scenario);
+
+  Solution solution;
+  {
+    ProgressLine progress;
+    PlanRequest request;
+    request.planner = options.planner;
+    request.seed = options.seed;
+    request.time_limit_s = std::max(0.0, options.time_limit_s - secondsSinceStart());
+    request.threads = options.threads;
+    request.cancel = &cancel;
+    request.on_progress = [&](const PlanProgress& report) { progress.show(report); };
+    solution = plan(scenario, world.obstacles, request);
+  }
+  stamp(solution);
+  std::optional<VerificationReport> report;
+  if (solution.status == PlanStatus::solved) report = verifyClaim(solution);
+
+  const Written written = writeSolutionAndPage(solution, world, folder);
+  if (options.json)
+    printJson(summaryJson(solution, report, written));
+  else
+    printSummary(solution, report, written);
+  return solution.status == PlanStatus::solved ? 0 : 1;
+}
+
+}  // namespace
+
+void addPlan(CLI::App& app, int& status) {
+  CLI::App& command =
+      *app.add_subcommand("plan", "Plan a scenario; write DIR/solution.json and DIR/view.html");
+  auto options = std::make_shared<Options>();
+  command.add_option("scenario", options->scenario, "Scenario file")->required()->type_name("SCENARIO");
+  command.add_option("-o", options->folder, "Where to write (default: out/<the scenario's name>)")
+      ->type_name("DIR");
+  command.add_option("--seed", options->seed, "Seed of every random choice")
+      ->capture_default_str()
+      ->type_name("N");
+  command.add_option("--time-limit", options->time_limit_s, "Limit on loading and planning")
+      ->capture_default_str()
+      ->check(CLI::Range(1e-3, 1e9))
+      ->type_name("S");
+  command
+      .add_option("--threads", options->threads, "Threads to plan with; the plan is the same for any number")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1024))
+      ->type_name("K");
+  command
+      .add_option("--planner", options->planner,
+                  "One of: " + fmt::format("{}", fmt::join(plannerNames(), ", ")))
+      ->capture_default_str()
+      ->type_name("P");
+  command.add_flag("--json", options->json, "Print one JSON object");
+  command.footer("Example: tendril plan scenarios/double-funnel.yaml --seed 1 -o out/double-funnel");
+  command.callback([options, &status] { status = run(*options); });
+}
+
+}  // namespace tendril::app
