@@ -84,9 +84,31 @@ class ControlRunner {
   std::array<Pose, 2> held_;
 };
 
+/// Writes down a motion as it is simulated: every step, and the way points needed to prove it free.
+class TrajectoryRecorder {
+ public:
+  /// Starts at time 0 with `start`, at rest.
+  TrajectoryRecorder(const RodModel& model, const RodShape& start);
+  /// Carries out and records one time step of `control` (kept by `runner`).
+  StepReport advance(ControlRunner& runner, const Control& control, RodState& state, RodWorkspace& workspace);
+
+  [[nodiscard]] std::int64_t steps() const { return steps_; }
+  [[nodiscard]] double time() const { return trajectory_.time_s.back(); }
+  /// Forgets all that came after `steps` steps. `states` is trajectory().shapes.size() as it was then.
+  void truncate(std::int64_t steps, std::size_t states);
+  [[nodiscard]] const Trajectory& trajectory() const { return trajectory_; }
+  [[nodiscard]] Trajectory take() { return std::move(trajectory_); }
+
+ private:
+  const RodModel& model_;
+  Trajectory trajectory_;
+  std::int64_t steps_ = 0;
+  std::vector<double> shares_;
+};
+
 /// What became of a simulation of several controls.
 struct SimulationResult {
-  Trajectory trajectory;   // every step, and the way points needed to prove it free
+  Trajectory trajectory;
   RodState final_state;
   std::int64_t steps = 0;
   bool cancelled = false;

@@ -1,0 +1,367 @@
+#include "tendril/dynamics/contact.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace tendril::contact {
+namespace {
+
+enum class MeshPart : std::uint64_t { vertex, edge, face };
+
+/// Identifies a (rod part, mesh part) pair: rod part in the low 16 bits, mesh part above.
+std::uint64_t keyOf(int node, bool on_segment, MeshPart part, int index) {
+  return (static_cast<std::uint64_t>(index) << 18) | (static_cast<std::uint64_t>(part) << 16) |
+         (static_cast<std::uint64_t>(node) << 1) | (on_segment ? 1U : 0U);
+}
+
+/// Squared sine of the angle below which a segment-edge pair is mollified (Li et al. 2020, eq. 24, scale-free).
+constexpr double kParallel = 1e-3;
+
+constexpr std::size_t kSlots = 1024;  // of the table from key to term; a power of two
+
+}  // namespace
+
+void Contacts::prepare(const Obstacles& obstacles, double radius, const Barrier& barrier, std::size_t nodes) {
+  radius_ = radius;
+  barrier_ = barrier;
+  assert(nodes < (1U << 15));
+  (void)nodes;
+  if (obstacles_ == &obstacles && edge_stamp_.size() == obstacles.edges().size()) return;
+  obstacles_ = &obstacles;
+  edge_stamp_.assign(obstacles.edges().size(), 0);
+  stamp_ = 0;
+  slots_.assign(kSlots, -1);
+  used_slots_.clear();
+  terms_.clear();
+  friction_.clear();
+}
+
+void Contacts::findCandidates(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion) {
+  candidates_.node_faces.clear();
+  candidates_.segment_edges.clear();
+  const auto vertices = obstacles_->vertices();
+  const auto faces = obstacles_->faces();
+  const auto edges = obstacles_->edges();
+  const double reach = radius_ + barrier_.dhat * (1 + 1e-9) + 1e-12;
+  const int segments = static_cast<int>(positions.size()) - 1;
+  for (int k = 0; k < segments; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const std::array<Vector3, 4> p = {positions[i], positions[i + 1], positions[i] + motion[i],
+                                      positions[i + 1] + motion[i + 1]};
+    Aabb box;
+    for (const Vector3& point : p) box.include(point);
+    box.inflate(reach);
+    faces_.clear();
+    obstacles_->facesNear(box, faces_);
+    if (faces_.empty()) continue;
+    if (++stamp_ == 0) std::fill(edge_stamp_.begin(), edge_stamp_.end(), 0U), stamp_ = 1;
+    for (const int face : faces_) {
+      const auto& f = faces[static_cast<std::size_t>(face)];
+      const Vector3& a = vertices[static_cast<std::size_t>(f.vertices[0])];
+      const Vector3& b = vertices[static_cast<std::size_t>(f.vertices[1])];
+      const Vector3& c = vertices[static_cast<std::size_t>(f.vertices[2])];
+      // A segment that stays wholly on one side of the face's plane, beyond reach, meets neither face nor its edges.
+      const Vector3 n = (b - a).cross(c - a);
+      const double limit = reach * n.norm() * (1 + 1e-9);
+      std::array<double, 4> height;
+      for (std::size_t j = 0; j < 4; ++j) height[j] = n.dot(p[j] - a);
+      const auto [low, high] = std::minmax_element(height.begin(), height.end());
+      if (*low > limit || *high < -limit) continue;
+      const auto node_may_meet = [&](std::size_t from, std::size_t to) {
+        return std::min(height[from], height[to]) <= limit && std::max(height[from], height[to]) >= -limit;
+      };
+      if (node_may_meet(0, 2)) candidates_.node_faces.push_back({k, face});
+      if (k + 1 == segments && node_may_meet(1, 3)) candidates_.node_faces.push_back({k + 1, face});
+      for (const int edge : f.edges) {
+        std::uint32_t& stamp = edge_stamp_[static_cast<std::size_t>(edge)];
+        if (stamp == stamp_) continue;
+        stamp = stamp_;
+        const MeshEdge& e = edges[static_cast<std::size_t>(edge)];
+        if (e.flat) continue;
+        const Vector3& ea = vertices[static_cast<std::size_t>(e.a)];
+        const Vector3& eb = vertices[static_cast<std::size_t>(e.b)];
+        if ((ea.cwiseMax(eb).array() < box.min.array()).any() || (ea.cwiseMin(eb).array() > box.max.array()).any())
+          continue;
+        candidates_.segment_edges.push_back({k, edge});
+      }
+    }
+  }
+}
+
+double Contacts::freeFraction(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion,
+                              double keep) const {
+  const auto vertices = obstacles_->vertices();
+  const auto vertex = [&](int index) -> const Vector3& { return vertices[static_cast<std::size_t>(index)]; };
+  double fraction = 1;
+  for (const auto& [node, face] : candidates_.node_faces) {
+    const auto i = static_cast<std::size_t>(node);
+    const auto& f = obstacles_->faces()[static_cast<std::size_t>(face)];
+    fraction = std::min(fraction, freeMotionPointTriangle(positions[i], motion[i], vertex(f.vertices[0]),
+                                                          vertex(f.vertices[1]), vertex(f.vertices[2]), radius_, keep));
+  }
+  for (const auto& [segment, edge] : candidates_.segment_edges) {
+    const auto i = static_cast<std::size_t>(segment);
+    const MeshEdge& e = obstacles_->edges()[static_cast<std::size_t>(edge)];
+    fraction = std::min(fraction, freeMotionSegmentEdge(positions[i], positions[i + 1], motion[i], motion[i + 1],
+                                                        vertex(e.a), vertex(e.b), radius_, keep));
+  }
+  return fraction;
+}
+
+Term& Contacts::termFor(std::uint64_t key, bool& fresh) {
+  std::size_t slot = (key * 0x9E3779B97F4A7C15ULL) >> 54;  // 10 bits
+  if (terms_.size() < kSlots / 2) {
+    while (slots_[slot] >= 0) {
+      Term& term = terms_[static_cast<std::size_t>(slots_[slot])];
+      if (term.key == key) {
+        fresh = false;
+        return term;
+      }
+      slot = (slot + 1) % kSlots;
+    }
+    slots_[slot] = static_cast<std::int32_t>(terms_.size());
+    used_slots_.push_back(static_cast<std::int32_t>(slot));
+  }  // a fuller table merges no more: the same sum in more terms
+  fresh = true;
+  terms_.emplace_back();
+  terms_.back().key = key;
+  return terms_.back();
+}
+
+void Contacts::addPointTerm(int node, const Vector3& p, const Vector3& on_mesh, double distance,
+                            std::uint64_t key) {
+  bool fresh = false;
+  Term& term = termFor(key, fresh);
+  if (!fresh) {
+    term.weight += 1;
+    return;
+  }
+  term.node = node;
+  term.on_segment = false;
+  term.s = 0;
+  term.normal = (p - on_mesh) / distance;
+  term.distance = distance;
+  term.weight = 1;
+  term.mollified = false;
+}
+
+bool Contacts::evaluate(const std::vector<Vector3>& positions) {
+  for (const std::int32_t slot : used_slots_) slots_[static_cast<std::size_t>(slot)] = -1;
+  used_slots_.clear();
+  terms_.clear();
+  const auto vertices = obstacles_->vertices();
+  const auto vertex = [&](int index) -> const Vector3& { return vertices[static_cast<std::size_t>(index)]; };
+  const double reach = radius_ + barrier_.dhat;
+
+  for (const auto& [node, face] : candidates_.node_faces) {
+    const Vector3& p = positions[static_cast<std::size_t>(node)];
+    const auto& f = obstacles_->faces()[static_cast<std::size_t>(face)];
+    const PointTriangle near =
+        closestPointOnTriangle(p, vertex(f.vertices[0]), vertex(f.vertices[1]), vertex(f.vertices[2]));
+    if (near.distance >= reach) continue;
+    if (near.distance <= radius_) return false;
+    std::uint64_t key = 0;
+    switch (near.feature) {
+      case Feature::vertex0: key = keyOf(node, false, MeshPart::vertex, f.vertices[0]); break;
+      case Feature::vertex1: key = keyOf(node, false, MeshPart::vertex, f.vertices[1]); break;
+      case Feature::vertex2: key = keyOf(node, false, MeshPart::vertex, f.vertices[2]); break;
+      case Feature::edge01: key = keyOf(node, false, MeshPart::edge, f.edges[0]); break;
+      case Feature::edge12: key = keyOf(node, false, MeshPart::edge, f.edges[1]); break;
+      case Feature::edge20: key = keyOf(node, false, MeshPart::edge, f.edges[2]); break;
+      case Feature::face: key = keyOf(node, false, MeshPart::face, face); break;
+    }
+    addPointTerm(node, p, near.closest, near.distance, key);
+  }
+
+  for (const auto& [segment, edge] : candidates_.segment_edges) {
+    const Vector3& p0 = positions[static_cast<std::size_t>(segment)];
+    const Vector3& p1 = positions[static_cast<std::size_t>(segment) + 1];
+    const MeshEdge& e = obstacles_->edges()[static_cast<std::size_t>(edge)];
+    const Vector3 &a = vertex(e.a), &b = vertex(e.b);
+    const SegmentSegment near = closestPointsOfSegments(p0, p1, a, b);
+    if (near.distance >= reach) continue;
+    if (near.distance <= radius_) return false;
+    const Vector3 u = p1 - p0, f = b - a;
+    const Vector3 on_rod = p0 + near.s * u, on_mesh = a + near.t * f;
+    const Vector3 normal = (on_rod - on_mesh) / near.distance;
+    if (e.wedge.dot(normal) > 0) continue;  // in a valley the faces are nearer
+    const double u2 = u.squaredNorm(), f2 = f.squaredNorm(), uf = u.dot(f);
+    const double sine2 = std::max(0.0, 1 - uf * uf / (u2 * f2));
+
+    if (sine2 < kParallel) {
+      // Nearly parallel: the closest points jump along the pair, so its weight fades as m = x (2 - x), x = sine^2/kParallel,
+      // and the edge's two ends, each a smooth distance, take over with 1 - m.
+      const double x = sine2 / kParallel;
+      const double m = x * (2 - x);
+      const Vector3 sine2_gradient = -2 * uf / (u2 * f2) * (f - uf / u2 * u);
+      const Vector3 m_gradient = (2 - 2 * x) / kParallel * sine2_gradient;
+      const auto mollified = [&](double s, const Vector3& n, double distance, double weight, const Vector3& gradient) {
+        terms_.push_back({.key = ~0ULL, .node = segment, .on_segment = true, .s = s, .normal = n,
+                          .distance = distance, .weight = weight, .dual = Vector3(u / u2), .mollified = true,
+                          .mollifier_gradient = gradient});
+      };
+      mollified(near.s, normal, near.distance, m, m_gradient);
+      for (const Vector3& end : {a, b}) {
+        const PointSegment foot = closestPointOnSegment(end, p0, p1);
+        if (foot.t <= 0 || foot.t >= 1 || foot.distance >= reach) continue;  // a node's business
+        mollified(foot.t, (p0 + foot.t * u - end) / foot.distance, foot.distance, 1 - m, -m_gradient);
+      }
+      continue;
+    }
+
+    const bool inside_s = near.s > 0 && near.s < 1, inside_t = near.t > 0 && near.t < 1;
+    const MeshPart part = inside_t ? MeshPart::edge : MeshPart::vertex;
+    const int index = inside_t ? edge : (near.t <= 0 ? e.a : e.b);
+    if (!inside_s) {
+      const int node = near.s <= 0 ? segment : segment + 1;
+      addPointTerm(node, on_rod, on_mesh, near.distance, keyOf(node, false, part, index));
+      continue;
+    }
+    bool fresh = false;
+    Term& term = termFor(keyOf(segment, true, part, index), fresh);
+    if (!fresh) {
+      term.weight += 1;
+      continue;
+    }
+    term.node = segment;
+    term.on_segment = true;
+    term.s = near.s;
+    term.normal = normal;
+    term.distance = near.distance;
+    term.weight = 1;
+    term.mollified = false;
+    if (inside_t) {
+      const Vector3 across = u - uf / f2 * f;
+      term.dual = across / across.squaredNorm();
+    } else {
+      term.dual = u / u2;
+    }
+  }
+  return true;
+}
+
+double Contacts::energy() const {
+  double sum = 0;
+  for (const Term& term : terms_) sum += term.weight * barrier_(term.distance - radius_).energy;
+  return sum;
+}
+
+namespace {
+
+/// Adds weight * v v^T to the translational blocks of the nodes i and i+1; v in body frames.
+void addRankOne(BlockTridiagonal& system, std::size_t i, double weight, const Vector3& v0, const Vector3& v1) {
+  const Vector3 w0 = weight * v0, w1 = weight * v1;
+  system.diagonal[i].bottomRightCorner<3, 3>().noalias() += w0 * v0.transpose();
+  system.diagonal[i + 1].bottomRightCorner<3, 3>().noalias() += w1 * v1.transpose();
+  system.upper[i].bottomRightCorner<3, 3>().noalias() += w0 * v1.transpose();
+}
+
+}  // namespace
+
+void Contacts::addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const {
+  for (const Term& term : terms_) {
+    const Barrier::Value b = barrier_(term.distance - radius_);
+    const double slope = term.weight * b.slope, curvature = term.weight * b.curvature;
+    const auto i = static_cast<std::size_t>(term.node);
+    const Vector3 n0 = nodes[i].rotation.transpose() * term.normal;
+    if (!term.on_segment) {
+      system.rhs[i].tail<3>() -= slope * n0;
+      system.diagonal[i].bottomRightCorner<3, 3>().noalias() += (curvature * n0) * n0.transpose();
+      continue;
+    }
+    const Vector3 n1 = nodes[i + 1].rotation.transpose() * term.normal;
+    const double s0 = 1 - term.s, s1 = term.s;
+    system.rhs[i].tail<3>() -= slope * s0 * n0;
+    system.rhs[i + 1].tail<3>() -= slope * s1 * n1;
+    addRankOne(system, i, curvature, s0 * n0, s1 * n1);
+    if (term.mollified) {
+      const Vector3 gradient = b.energy * term.mollifier_gradient;
+      system.rhs[i].tail<3>() += nodes[i].rotation.transpose() * gradient;
+      system.rhs[i + 1].tail<3>() -= nodes[i + 1].rotation.transpose() * gradient;
+      continue;
+    }
+    // b' d'' = |b'| (2 alpha beta + distance alpha^2): tilting the segment about the contact, alpha = |e*| n . (v1 - v0),
+    // and sliding along it, beta = e*/|e*| . ((1-s) v0 + s v1). Only its positive eigenvalue is kept (README.md).
+    const double dual = term.dual.norm();
+    const double a_norm = dual * std::sqrt(2.0), b_norm = std::sqrt(s0 * s0 + s1 * s1);
+    const double m = term.distance * a_norm * a_norm, k = a_norm * b_norm;
+    const double eigenvalue = 0.5 * (m + std::sqrt(m * m + 4 * k * k));
+    const double norm = std::sqrt(eigenvalue * eigenvalue + k * k);
+    const double ca = eigenvalue / norm * std::sqrt(0.5), cb = k / norm / (b_norm * dual);
+    const Vector3 e0 = nodes[i].rotation.transpose() * term.dual, e1 = nodes[i + 1].rotation.transpose() * term.dual;
+    addRankOne(system, i, -slope * eigenvalue, -ca * n0 + cb * s0 * e0, ca * n1 + cb * s1 * e1);
+  }
+}
+
+void Contacts::lagFriction(const std::vector<Vector3>& positions, double coefficient, double slip_length) {
+  friction_.clear();
+  slip_length_ = slip_length;
+  if (coefficient <= 0) return;
+  for (const Term& term : terms_) {
+    const auto i = static_cast<std::size_t>(term.node);
+    const double limit = -coefficient * term.weight * barrier_(term.distance - radius_).slope;
+    const Vector3 start = term.on_segment ? Vector3((1 - term.s) * positions[i] + term.s * positions[i + 1])
+                                          : positions[i];
+    friction_.push_back({term.node, term.on_segment, term.s, term.normal, start, limit});
+  }
+}
+
+namespace {
+
+/// The smoothed |y| of lagged friction (Li et al. 2020, eq. 15): quadratic-cubic below `eps`, linear beyond.
+struct SmoothNorm {
+  double value, slope;
+};
+SmoothNorm smoothNorm(double y, double eps) {
+  if (y >= eps) return {y, 1};
+  const double x = y / eps;
+  return {eps * (x * x * (1 - x / 3) + 1.0 / 3), x * (2 - x)};
+}
+
+Vector3 slip(const FrictionTerm& term, const std::vector<Vector3>& positions) {
+  const auto i = static_cast<std::size_t>(term.node);
+  const Vector3 now = term.on_segment ? Vector3((1 - term.s) * positions[i] + term.s * positions[i + 1]) : positions[i];
+  const Vector3 moved = now - term.start;
+  return moved - term.normal.dot(moved) * term.normal;
+}
+
+}  // namespace
+
+double Contacts::frictionEnergy(const std::vector<Vector3>& positions) const {
+  double sum = 0;
+  for (const FrictionTerm& term : friction_)
+    sum += term.limit * smoothNorm(slip(term, positions).norm(), slip_length_).value;
+  return sum;
+}
+
+void Contacts::addFrictionDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const {
+  for (const FrictionTerm& term : friction_) {
+    const auto i = static_cast<std::size_t>(term.node);
+    const Vector3 now = term.on_segment ? Vector3((1 - term.s) * nodes[i].pose.position +
+                                                  term.s * nodes[i + 1].pose.position)
+                                        : nodes[i].pose.position;
+    Vector3 u = now - term.start;
+    u -= term.normal.dot(u) * term.normal;
+    const double y = u.norm();
+    const SmoothNorm f = smoothNorm(y, slip_length_);
+    // Hessian in the tangent plane: slope/y across the slip, slope' along it; both >= 0.
+    const double across = y > 1e-12 * slip_length_ ? f.slope / y : 2 / slip_length_;
+    const double along = y < slip_length_ ? 2 / slip_length_ * (1 - y / slip_length_) : 0;
+    Matrix3 h = across * (Matrix3::Identity() - term.normal * term.normal.transpose());
+    if (y > 1e-12 * slip_length_) h += (along - across) / (y * y) * u * u.transpose();
+    h *= term.limit;
+    const Vector3 gradient = term.limit * across * u;
+    const Matrix3& r0 = nodes[i].rotation;
+    const double s0 = 1 - term.s, s1 = term.s;
+    system.rhs[i].tail<3>() -= s0 * (r0.transpose() * gradient);
+    system.diagonal[i].bottomRightCorner<3, 3>().noalias() += s0 * s0 * (r0.transpose() * h * r0);
+    if (!term.on_segment) continue;
+    const Matrix3& r1 = nodes[i + 1].rotation;
+    system.rhs[i + 1].tail<3>() -= s1 * (r1.transpose() * gradient);
+    system.diagonal[i + 1].bottomRightCorner<3, 3>().noalias() += s1 * s1 * (r1.transpose() * h * r1);
+    system.upper[i].bottomRightCorner<3, 3>().noalias() += s0 * s1 * (r0.transpose() * h * r1);
+  }
+}
+
+}  // namespace tendril::contact

@@ -1,0 +1,104 @@
+/// Contact of the rod with the obstacles: which parts are near, what the barrier says of them, how far they may move.
+/// Incremental Potential Contact (Li et al. 2020), thick as in C-IPC (Li, Kaufman, Jiang 2021). Private to dynamics.
+#pragma once
+
+#include <vector>
+
+#include "tendril/dynamics/beam.h"
+#include "tendril/dynamics/block_tridiagonal.h"
+#include "tendril/geometry.h"
+
+namespace tendril::contact {
+
+/// b(g) = -kappa (g - dhat)^2 ln(g/dhat) for a gap 0 < g < dhat, 0 beyond: C2, infinite at contact.
+struct Barrier {
+  double dhat = 0;   // m
+  double kappa = 0;  // J/m^2
+
+  struct Value {
+    double energy, slope, curvature;  // b, b', b''
+  };
+  [[nodiscard]] Value operator()(double gap) const {
+    const double x = gap - dhat, logarithm = std::log(gap / dhat), ratio = x / gap;
+    return {-kappa * x * x * logarithm, -kappa * x * (2 * logarithm + ratio),
+            -kappa * (2 * logarithm + 4 * ratio - ratio * ratio)};
+  }
+};
+
+/// Rod parts and mesh parts whose swept boxes meet: what can touch before the next query.
+struct Candidates {
+  struct NodeFace {
+    int node, face;
+  };
+  struct SegmentEdge {
+    int segment, edge;
+  };
+  std::vector<NodeFace> node_faces;
+  std::vector<SegmentEdge> segment_edges;
+};
+
+/// One active contact: a point of the rod (a node, or a point between two nodes) and a feature of the mesh. Pairs with the
+/// same closest features are one term with their number as weight, so duplicates cost nothing to assemble.
+struct Term {
+  std::uint64_t key;
+  int node;            // the node, or the first node of the segment
+  bool on_segment;     // between `node` and `node + 1`
+  double s;            // where on the segment
+  Vector3 normal;      // from mesh to rod, unit
+  double distance;     // centreline to mesh, m
+  double weight;       // number of merged pairs; with a mollified pair, its mollifier
+  Vector3 dual;        // e*: segment direction across the mesh edge over its squared length, 1/m; only on_segment
+  bool mollified;
+  Vector3 mollifier_gradient;  // of the weight by the segment's second node (minus that by its first), 1/m
+};
+
+/// A lagged friction force: Coulomb with the normal force of the step's start.
+struct FrictionTerm {
+  int node;
+  bool on_segment;
+  double s;
+  Vector3 normal, start;  // contact normal; where the rod's point was
+  double limit;           // friction coefficient times normal force, N
+};
+
+/// Finds and evaluates contacts; keeps its memory.
+class Contacts {
+ public:
+  void prepare(const Obstacles& obstacles, double radius, const Barrier& barrier, std::size_t nodes);
+
+  /// Everything that can come within the radius + dhat while node i moves from positions[i] by motion[i].
+  void findCandidates(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion);
+  /// The largest fraction of the motion for which every candidate keeps a tenth of its gap.
+  [[nodiscard]] double freeFraction(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion,
+                                    double keep) const;
+  /// Collects the active terms at these positions. False (and no terms) if something penetrates.
+  [[nodiscard]] bool evaluate(const std::vector<Vector3>& positions);
+  [[nodiscard]] double energy() const;
+  void addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const;
+
+  void lagFriction(const std::vector<Vector3>& positions, double coefficient, double slip_length);
+  [[nodiscard]] double frictionEnergy(const std::vector<Vector3>& positions) const;
+  void addFrictionDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const;
+
+  [[nodiscard]] std::size_t activeTerms() const { return terms_.size(); }
+  [[nodiscard]] const std::vector<Term>& terms() const { return terms_; }
+
+ private:
+  Term& termFor(std::uint64_t key, bool& fresh);
+  void addPointTerm(int node, const Vector3& p, const Vector3& on_mesh, double distance, std::uint64_t mesh_feature);
+
+  const Obstacles* obstacles_ = nullptr;
+  double radius_ = 0;
+  Barrier barrier_;
+  Candidates candidates_;
+  std::vector<Term> terms_;
+  std::vector<FrictionTerm> friction_;
+  double slip_length_ = 0;  // m, below which friction is smoothed
+  std::vector<int> faces_;
+  std::vector<std::uint32_t> edge_stamp_;
+  std::uint32_t stamp_ = 0;
+  std::vector<std::int32_t> slots_;  // open-addressing table from key to term
+  std::vector<std::int32_t> used_slots_;
+};
+
+}  // namespace tendril::contact
