@@ -37,11 +37,15 @@ FaceProjection projectOntoFace(const Vector3& p, const Vector3& a, const Vector3
   const double weight_c = n.dot(ab.cross(ap));
   const double weight_b = n.dot(ap.cross(ac));
   const double weight_a = n.dot((c - b).cross(bp));
+  const double ab2 = ab.squaredNorm(), ac2 = ac.squaredNorm(), n2 = n.squaredNorm();
   FaceProjection result;
-  const double sum = weight_a + weight_b + weight_c;
-  result.inside = weight_a >= 0 && weight_b >= 0 && weight_c >= 0 && sum > 0;
-  result.thin = !(n.squaredNorm() > kThinSine2 * ab.squaredNorm() * ac.squaredNorm());
-  if (result.inside) result.point = a + (weight_b / sum) * ab + (weight_c / sum) * ac;
+  result.inside = weight_a >= 0 && weight_b >= 0 && weight_c >= 0 && n2 > 0;
+  result.thin = !(n2 > kThinSine2 * ab2 * ac2);
+  if (result.inside) {
+    double v = std::min(weight_b / n2, 1.0), w = std::min(weight_c / n2, 1.0);
+    if (v + w > 1) (ab2 < ac2 ? v = 1 - w : w = 1 - v);  // rounding: correct it where it moves the point less
+    result.point = a + v * ab + w * ac;
+  }
   return result;
 }
 
@@ -106,21 +110,6 @@ SegmentSegment closestPointsOfSegments(const Vector3& p0, const Vector3& p1, con
 
 SegmentTriangle closestPointsOfSegmentAndTriangle(const Vector3& p0, const Vector3& p1, const Vector3& a,
                                                   const Vector3& b, const Vector3& c) {
-  const Vector3 d = p1 - p0, pa = a - p0, pb = b - p0, pc = c - p0;
-
-  // Does the line pass through the triangle? Its three signed volumes with the edges then have one sign and
-  // are the weights of the crossing point.
-  const double weight_a = d.dot(pb.cross(pc)), weight_b = d.dot(pc.cross(pa)), weight_c = d.dot(pa.cross(pb));
-  const double sum = weight_a + weight_b + weight_c;
-  if (sum != 0 && ((weight_a >= 0 && weight_b >= 0 && weight_c >= 0) ||
-                   (weight_a <= 0 && weight_b <= 0 && weight_c <= 0))) {
-    const Vector3 crossing =
-        (weight_a / sum) * pa + (weight_b / sum) * pb + (weight_c / sum) * pc;  // from p0
-    const double s = crossing.dot(d) / d.squaredNorm();
-    const double rounding = 1e-13 * (d.norm() + pa.norm() + pb.norm() + pc.norm());
-    if (s >= 0 && s <= 1 && (crossing - s * d).norm() <= rounding) return {0.0, s, p0 + crossing};
-  }
-
   // Apart, the nearest points lie on an end of the segment or on an edge of the triangle.
   const PointTriangle start = closestPointOnTriangle(p0, a, b, c), end = closestPointOnTriangle(p1, a, b, c);
   SegmentTriangle best{start.distance, 0.0, start.closest};
@@ -129,6 +118,19 @@ SegmentTriangle closestPointsOfSegmentAndTriangle(const Vector3& p0, const Vecto
     const SegmentSegment edge = closestPointsOfSegments(p0, p1, *from, *to);
     if (edge.distance < best.distance) best = {edge.distance, edge.s, pointAt(*from, *to, edge.t)};
   }
+
+  // With its ends on different sides of the plane the segment may pass through the triangle: then the point
+  // in the plane is nearest. (A wrong side, which takes a thin triangle, costs no more than the triangle's
+  // height.)
+  const Vector3 ab = b - a, ac = c - a, n = ab.cross(ac);
+  const double side0 = n.dot(p0 - a), side1 = n.dot(p1 - a);
+  if ((side0 < 0) != (side1 < 0)) {
+    const double s = side0 / (side0 - side1);
+    const PointTriangle crossing = closestPointOnTriangle(pointAt(p0, p1, s), a, b, c);
+    if (crossing.distance < best.distance) best = {crossing.distance, s, crossing.closest};
+  }
+  constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
+  if (best.distance <= kRounding * ((p1 - p0).norm() + ab.norm() + ac.norm())) best.distance = 0;
   return best;
 }
 

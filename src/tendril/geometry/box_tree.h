@@ -1,0 +1,42 @@
+/// The broad phase: a tree of axis-aligned boxes over the faces, for box queries. Private to the module.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "tendril/geometry.h"
+
+namespace tendril {
+
+/// A bounding volume hierarchy with four children a node. Embree finds the splits (surface area heuristic);
+/// layout and traversal are here. Boxes are single precision, rounded outward, so nothing is missed. Every
+/// item sits under a box of its own, so that the answer depends on the items' boxes alone and not on how the
+/// tree was split.
+class BoxTree {
+ public:
+  /// Item i has the box boxes[i], finite. No boxes: a tree that finds nothing.
+  explicit BoxTree(std::span<const Aabb> boxes);
+
+  /// Appends to `out`, ascending, each once, every item whose box meets `box`.
+  void find(const Aabb& box, std::vector<int>& out) const;
+
+ private:
+  using Float4 = float __attribute__((vector_size(16)));
+  using Int4 = int __attribute__((vector_size(16)));
+  struct FloatBox {
+    float min[3], max[3];
+  };
+  /// Two cache lines: the boxes of four children, and what they are: the number of a node, or ~i for item i.
+  struct alignas(64) Node {
+    Float4 min[3],
+        max[3];  // one coordinate of the four children; children that do not exist have an empty box
+    int child[4];
+  };
+
+  [[nodiscard]] static FloatBox roundedOutward(const Aabb& box);
+  int flatten(const void* build_node);
+
+  std::vector<Node> nodes_;  // the root first, each node before its descendants
+};
+
+}  // namespace tendril

@@ -1,0 +1,169 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <tuple>
+
+#include "tendril/geometry.h"
+#include "tendril/geometry/box_tree.h"
+
+namespace tendril {
+namespace {
+
+std::span<const Vector3> checkedVertices(const TriangleMesh& mesh, std::size_t number) {
+  if (mesh.faces.empty())
+    throw InputError(fmt::format("obstacle mesh {}: has no faces; leave it out.", number));
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+    if (!mesh.vertices[i].allFinite())
+      throw InputError(fmt::format("obstacle mesh {}: vertex {} is not finite.", number, i));
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+    for (const int v : mesh.faces[f])
+      if (v < 0 || static_cast<std::size_t>(v) >= mesh.vertices.size())
+        throw InputError(fmt::format("obstacle mesh {}: face {} names vertex {}; there are {}.", number, f, v,
+                                     mesh.vertices.size()));
+  return mesh.vertices;
+}
+
+/// The unit vector in the plane of edge ab and apex c, perpendicular to the edge, toward the apex; zero if
+/// the three lie on one line.
+Vector3 directionIntoFace(const Vector3& a, const Vector3& b, const Vector3& c) {
+  const Vector3 along = (b - a).stableNormalized();
+  const Vector3 from_a = c - a, from_b = c - b;
+  Vector3 into =
+      from_a.squaredNorm() < from_b.squaredNorm() ? from_a : from_b;  // the shorter: less cancellation
+  into -= into.dot(along) * along;
+  into -= into.dot(along) * along;  // what rounding left along the edge
+  return into.stableNormalized();
+}
+
+/// One face's use of an edge.
+struct EdgeUse {
+  int a, b;  // vertices, a <= b
+  int face, k;
+};
+
+/// |wedge| below which two faces count as coplanar: the sine of the angle between them.
+constexpr double kFlat = 1e-7;
+
+}  // namespace
+
+struct Obstacles::Data {
+  std::vector<Vector3> vertices;
+  std::vector<Face> faces;
+  std::vector<MeshEdge> edges;
+  Aabb bounds;  // of all vertices
+  BoxTree tree{{}};
+
+  [[nodiscard]] const Vector3& vertex(int i) const { return vertices[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] const Vector3& corner(const Face& face, int k) const {
+    return vertex(face.vertices[static_cast<std::size_t>(k % 3)]);
+  }
+
+  void findEdges();
+  [[nodiscard]] MeshEdge edge(std::span<const EdgeUse> uses) const;
+};
+
+void Obstacles::Data::findEdges() {
+  std::vector<EdgeUse> uses;
+  uses.reserve(3 * faces.size());
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    for (int k = 0; k < 3; ++k) {
+      const auto [a, b] = std::minmax(faces[f].vertices[static_cast<std::size_t>(k)],
+                                      faces[f].vertices[static_cast<std::size_t>((k + 1) % 3)]);
+      uses.push_back({a, b, static_cast<int>(f), k});
+    }
+  std::sort(uses.begin(), uses.end(), [](const EdgeUse& x, const EdgeUse& y) {
+    return std::tie(x.a, x.b, x.face, x.k) < std::tie(y.a, y.b, y.face, y.k);
+  });
+  for (std::size_t first = 0, last = 0; first < uses.size(); first = last) {
+    while (last < uses.size() && uses[last].a == uses[first].a && uses[last].b == uses[first].b) {
+      const EdgeUse& use = uses[last++];
+      faces[static_cast<std::size_t>(use.face)].edges[static_cast<std::size_t>(use.k)] =
+          static_cast<int>(edges.size());
+    }
+    edges.push_back(edge(std::span(uses).subspan(first, last - first)));
+  }
+}
+
+MeshEdge Obstacles::Data::edge(std::span<const EdgeUse> uses) const {
+  MeshEdge result{uses[0].a, uses[0].b, Vector3::Zero(), false};
+  if (uses.size() != 2) return result;
+  Vector3 into[2];
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Face& face = faces[static_cast<std::size_t>(uses[i].face)];
+    into[i] = directionIntoFace(vertex(result.a), vertex(result.b), corner(face, uses[i].k + 2));
+    if (into[i].isZero(0)) return result;  // a face without area says nothing
+  }
+  // The directions cancel exactly when the faces are coplanar and on opposite sides.
+  result.wedge = into[0] + into[1];
+  result.flat = result.wedge.norm() < kFlat;
+  if (result.flat) result.wedge.setZero();
+  return result;
+}
+
+Obstacles::Obstacles(std::span<const TriangleMesh> meshes) {
+  auto data = std::make_unique<Data>();
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    const int offset = static_cast<int>(data->vertices.size());
+    const std::span<const Vector3> vertices = checkedVertices(meshes[m], m);
+    data->vertices.insert(data->vertices.end(), vertices.begin(), vertices.end());
+    for (std::size_t f = 0; f < meshes[m].faces.size(); ++f) {
+      const auto& [a, b, c] = meshes[m].faces[f];
+      data->faces.push_back(
+          {{a + offset, b + offset, c + offset}, {}, static_cast<int>(m), static_cast<int>(f)});
+    }
+  }
+  for (const Vector3& v : data->vertices) data->bounds.include(v);
+  data->findEdges();
+  std::vector<Aabb> boxes(data->faces.size());
+  for (std::size_t f = 0; f < boxes.size(); ++f)
+    for (int k = 0; k < 3; ++k) boxes[f].include(data->corner(data->faces[f], k));
+  data->tree = BoxTree(boxes);
+  data_ = std::move(data);
+}
+
+Obstacles::~Obstacles() = default;
+Obstacles::Obstacles(Obstacles&&) noexcept = default;
+Obstacles& Obstacles::operator=(Obstacles&&) noexcept = default;
+
+std::span<const Vector3> Obstacles::vertices() const { return data_->vertices; }
+std::span<const Obstacles::Face> Obstacles::faces() const { return data_->faces; }
+std::span<const MeshEdge> Obstacles::edges() const { return data_->edges; }
+
+void Obstacles::facesNear(const Aabb& box, std::vector<int>& out) const { data_->tree.find(box, out); }
+
+Obstacles::Clearance Obstacles::clearance(std::span<const Vector3> polyline, double limit) const {
+  Clearance best;
+  if (data_->faces.empty() || polyline.size() < 2) return best;
+
+  // Look near first, then twice as far, until something is found or `limit` is reached: what is near is cheap
+  // to find, and bounds the rest.
+  Aabb all = data_->bounds;
+  for (const Vector3& p : polyline) all.include(p);
+  const double farthest = (all.max - all.min).norm();  // no distance is longer
+  std::vector<int> near;
+  for (double radius = farthest / 1024;; radius *= 2) {
+    const bool last_round = !(radius < std::min(limit, farthest));
+    double bound = last_round ? limit : radius;
+    for (std::size_t i = 0; i + 1 < polyline.size(); ++i) {
+      Aabb box;
+      box.include(polyline[i]), box.include(polyline[i + 1]);
+      box.inflate(bound);
+      near.clear();
+      facesNear(box, near);
+      for (const int f : near) {
+        const Face& face = data_->faces[static_cast<std::size_t>(f)];
+        const SegmentTriangle pair =
+            closestPointsOfSegmentAndTriangle(polyline[i], polyline[i + 1], data_->corner(face, 0),
+                                              data_->corner(face, 1), data_->corner(face, 2));
+        if (pair.distance >= bound) continue;
+        bound = pair.distance;
+        best = {pair.distance, static_cast<int>(i), f, polyline[i] + pair.s * (polyline[i + 1] - polyline[i]),
+                pair.on_triangle};
+      }
+    }
+    if (best.face >= 0 || last_round) return best;
+  }
+}
+
+}  // namespace tendril
