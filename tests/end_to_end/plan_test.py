@@ -1,0 +1,159 @@
+"""`plan`, `verify`, `replay` and `view` together, on the two scenarios everybody starts with."""
+import json
+import math
+import re
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+from program import DOUBLE_FUNNEL, FREE_SPACE, NO, TENDRIL, Case
+
+# A rod thicker than the tunnel is wide: there is no plan.
+BLOCKED = (("radius_m: 0.01", "radius_m: 0.035"),)
+
+
+class Plan(Case):
+    def plan(self, scenario, *arguments, folder="plan"):
+        summary = self.tendril_json("plan", scenario, "-o", folder, *arguments)
+        self.assertEqual(summary["status"], "solved")
+        self.assertTrue(summary["verified"])
+        return summary
+
+    def solution(self, folder="plan"):
+        return json.loads((self.folder / folder / "solution.json").read_text())
+
+    def test_free_space_is_planned_verified_and_replayed(self):
+        self.plan(FREE_SPACE)
+        solution = self.solution()
+        self.assertEqual(solution["status"], "solved")
+        self.assertEqual(solution["run"]["seed"], 1)
+        self.assertTrue(self.tendril_json("verify", "plan/solution.json")["valid"])
+        self.assertTrue(self.tendril_json("replay", "plan/solution.json")["reproduced"])
+
+    def test_the_double_funnel_is_planned_from_across_to_across(self):
+        summary = self.plan(DOUBLE_FUNNEL, "--seed", 1, "--time-limit", 120)
+        self.assertGreater(summary["verification"]["smallest_clearance_m"], 0)
+        nodes = self.solution()["trajectory"]["nodes"]
+        for found, expected in zip(nodes[0], range(41)):
+            self.assertLess(math.dist(found[:3], (-2, -0.5 + expected / 40, 0)), 2e-3)
+        self.assertLess(math.dist(nodes[-1][0][:3], (2, -0.5, 0)), 0.05)
+        self.assertLess(math.dist(nodes[-1][-1][:3], (2, 0.5, 0)), 0.05)
+        in_tunnel = [math.hypot(y, z) for state in nodes for x, y, z, *_ in state if abs(x) < 1]
+        self.assertGreater(len(in_tunnel), 0)
+        self.assertLess(max(in_tunnel), 0.03 / math.cos(math.pi / 19) - 0.01)
+        self.assertTrue(self.tendril_json("verify", "plan/solution.json")["valid"])
+        self.assertTrue(self.tendril_json("replay", "plan/solution.json")["reproduced"])
+
+    def test_the_same_seed_gives_the_same_bytes_whatever_the_threads(self):
+        texts = []
+        for folder, threads in (("a", 1), ("b", 1), ("c", 2)):
+            self.plan(DOUBLE_FUNNEL, "--seed", 3, "--threads", threads, folder=folder)
+            text = (self.folder / folder / "solution.json").read_text()
+            texts.append(re.sub(r'"(wall_time_s|cpu_time_s|threads)": *[0-9.e+-]+', r'"\1":0', text))
+        self.assertEqual(texts[0], texts[1])
+        self.assertEqual(texts[0], texts[2])
+
+    def test_another_seed_gives_another_plan(self):
+        self.plan(DOUBLE_FUNNEL, "--seed", 1, folder="a")
+        self.plan(DOUBLE_FUNNEL, "--seed", 2, folder="b")
+        self.assertNotEqual(self.solution("a")["trajectory"], self.solution("b")["trajectory"])
+
+    def test_the_default_folder_is_named_after_the_scenario(self):
+        self.tendril("plan", FREE_SPACE)
+        self.assertTrue((self.folder / "out" / "free-space" / "solution.json").is_file())
+        self.assertTrue((self.folder / "out" / "free-space" / "view.html").is_file())
+
+    def test_a_moved_solution_is_verified_with_the_scenario_named(self):
+        scenario = self.variant(FREE_SPACE)
+        self.plan(scenario)
+        self.write("elsewhere/place", "")
+        shutil.move(scenario, self.folder / "elsewhere" / "moved.yaml")
+        shutil.move(self.folder / "plan" / "solution.json", self.folder / "solution.json")
+        found = self.tendril_json("verify", "solution.json", "--scenario", "elsewhere/moved.yaml")
+        self.assertTrue(found["valid"])
+
+    def test_the_page_is_written_where_asked_and_needs_nothing_else(self):
+        self.plan(FREE_SPACE)
+        first = (self.folder / "plan" / "view.html").read_bytes()
+        self.tendril("view", "plan/solution.json", "-o", "pages/page.html")
+        self.assertEqual((self.folder / "pages" / "page.html").read_bytes(), first)
+        self.assertNotRegex(first.decode(), r'<(script|link|img)[^>]*(src|href)="(?!data:)')
+        (self.folder / "plan" / "view.html").unlink()
+        self.tendril("view", "plan/solution.json")
+        self.assertEqual((self.folder / "plan" / "view.html").read_bytes(), first)
+
+
+class Verify(Case):
+    def planned(self):
+        self.tendril("plan", DOUBLE_FUNNEL, "-o", "plan", "--seed", 1)
+        return json.loads((self.folder / "plan" / "solution.json").read_text())
+
+    def assert_invalid(self, solution, check):
+        self.write("plan/solution.json", json.dumps(solution))
+        report = self.tendril_json("verify", "plan/solution.json", expect=NO)
+        self.assertFalse(report["valid"])
+        self.assertIn(check, [c["name"] for c in report["checks"] if not c["passed"]])
+        stdout, _ = self.tendril("verify", "plan/solution.json", expect=NO)
+        self.assertIn("FAIL " + check, stdout)
+
+    def test_a_node_moved_into_the_tunnels_wall_is_found(self):
+        solution = self.planned()
+        node = next(node for state in solution["trajectory"]["nodes"] for node in state if abs(node[0]) < 0.9)
+        node[1] += 0.02
+        self.assert_invalid(solution, "clearance")
+
+    def test_a_plan_that_stops_halfway_misses_the_goal(self):
+        solution = self.planned()
+        half = len(solution["trajectory"]["time_s"]) // 2
+        for key, values in solution["trajectory"].items():
+            solution["trajectory"][key] = values[:half]
+        end = solution["trajectory"]["time_s"][-1]
+        solution["controls"] = [c for c in solution["controls"] if c["start_s"] < end]
+        solution["controls"][-1]["end_s"] = end
+        self.assert_invalid(solution, "goal")
+
+    def test_a_changed_mesh_is_refused(self):
+        meshes = self.folder / "meshes"
+        shutil.copytree(DOUBLE_FUNNEL.parent / "meshes", meshes)
+        shutil.copy(DOUBLE_FUNNEL, self.folder / "funnel.yaml")
+        self.tendril("plan", "funnel.yaml", "-o", "plan")
+        with (meshes / "double-funnel.obj").open("a") as mesh:
+            mesh.write("# changed\n")
+        for command in ("verify", "replay", "view"):
+            self.assert_refused(command, "plan/solution.json", saying=["double-funnel.obj", "sha256"])
+
+
+class NoPlan(Case):
+    def test_the_time_limit_is_kept_and_the_nearest_motion_written(self):
+        scenario = self.variant(DOUBLE_FUNNEL, *BLOCKED)
+        start = time.monotonic()
+        summary = self.tendril_json("plan", scenario, "-o", "plan", "--time-limit", 2, expect=NO)
+        self.assertLess(time.monotonic() - start, 6)
+        self.assertEqual(summary["status"], "time_limit")
+        self.assertFalse(summary["verified"])
+        solution = json.loads((self.folder / "plan" / "solution.json").read_text())
+        self.assertEqual(solution["status"], "time_limit")
+        self.assertTrue((self.folder / "plan" / "view.html").is_file())
+        self.assertTrue(self.tendril_json("replay", "plan/solution.json")["reproduced"])
+
+    def test_ctrl_c_writes_what_there_is_and_calls_it_cancelled(self):
+        scenario = self.variant(DOUBLE_FUNNEL, *BLOCKED)
+        process = subprocess.Popen([TENDRIL, "plan", str(scenario), "-o", "plan", "--json"], cwd=self.folder,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        time.sleep(1.5)
+        process.send_signal(signal.SIGINT)
+        start = time.monotonic()
+        stdout, stderr = process.communicate(timeout=60)
+        self.assertLess(time.monotonic() - start, 4)
+        self.assertEqual(process.returncode, NO, stderr)
+        self.assertEqual(stderr, "")  # progress goes to terminals only
+        self.assertEqual(json.loads(stdout)["status"], "cancelled")
+        solution = json.loads((self.folder / "plan" / "solution.json").read_text())
+        self.assertEqual(solution["status"], "cancelled")
+        self.assertTrue(self.tendril_json("replay", "plan/solution.json")["reproduced"])
+
+
+if __name__ == "__main__":
+    unittest.main()
