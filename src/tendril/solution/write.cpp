@@ -1,0 +1,186 @@
+#include <sys/stat.h>
+
+#include <cassert>
+#include <charconv>
+#include <cmath>
+#include <optional>
+
+#include "tendril/solution.h"
+
+namespace tendril {
+namespace fs = std::filesystem;
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kLineWidth = 110;  // values that fit are written in one line
+
+/// Appends x with 17 significant digits, which give back the same bits; always a JSON number, "-0.0"
+/// included.
+void appendNumber(std::string& out, double x) {
+  assert(std::isfinite(x));
+  if (x == 0) {
+    out += std::signbit(x) ? "-0.0" : "0";
+    return;
+  }
+  char digits[32];
+  const auto end = std::to_chars(digits, digits + sizeof digits, x, std::chars_format::general, 17).ptr;
+  out.append(digits, end);
+}
+
+void appendHeld(std::string& out, const std::array<bool, 2>& held) {
+  out += held[0] && held[1] ? R"(["first", "last"])"
+         : held[0]          ? R"(["first"])"
+         : held[1]          ? R"(["last"])"
+                            : "[]";
+}
+
+void appendShape(std::string& out, const RodShape& shape) {
+  out += '[';
+  for (std::size_t i = 0; i < shape.size(); ++i) {
+    const Vector3& p = shape[i].position;
+    const Quaternion& q = shape[i].rotation;
+    out += i == 0 ? "[" : ",[";
+    for (const double x : {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()}) {
+      appendNumber(out, x);
+      out += ',';
+    }
+    out.back() = ']';
+  }
+  out += ']';
+}
+
+/// One line per state.
+std::string trajectoryText(const Trajectory& trajectory) {
+  assert(trajectory.time_s.size() == trajectory.shapes.size() &&
+         trajectory.held.size() == trajectory.shapes.size());
+  const std::size_t states = trajectory.shapes.size();
+  std::string out = "{\n  \"time_s\": [";
+  if (states > 0) out.reserve(states * (60 + 150 * trajectory.shapes.front().size()));
+  for (std::size_t k = 0; k < states; ++k) {
+    if (k > 0) out += ", ";
+    appendNumber(out, trajectory.time_s[k]);
+  }
+  out += "],\n  \"held\": [";
+  for (std::size_t k = 0; k < states; ++k) {
+    if (k > 0) out += ", ";
+    appendHeld(out, trajectory.held[k]);
+  }
+  out += "],\n  \"nodes\": [";
+  for (std::size_t k = 0; k < states; ++k) {
+    out += k == 0 ? "\n   " : ",\n   ";
+    appendShape(out, trajectory.shapes[k]);
+  }
+  return out + "\n  ]\n }";
+}
+
+/// JSON in one line, with a blank after every comma and colon.
+std::string oneLine(const Json& json) {
+  if (!json.is_structured()) return json.dump();
+  std::string out;
+  for (const auto& [key, value] : json.items()) {
+    if (!out.empty()) out += ", ";
+    if (json.is_object()) out += Json(key).dump() + ": ";
+    out += oneLine(value);
+  }
+  return json.is_object() ? "{" + out + "}" : "[" + out + "]";
+}
+
+/// JSON for people: what fits stands in one line, the rest is indented by one blank per level.
+std::string pretty(const Json& json, std::size_t indent) {
+  std::string line = oneLine(json);
+  if (!json.is_structured() || indent + line.size() < kLineWidth) return line;
+  std::string out;
+  for (const auto& [key, value] : json.items()) {
+    out += (out.empty() ? "\n" : ",\n") + std::string(indent + 1, ' ');
+    if (json.is_object()) out += Json(key).dump() + ": ";
+    out += pretty(value, indent + 1);
+  }
+  out += "\n" + std::string(indent, ' ');
+  return json.is_object() ? "{" + out + "}" : "[" + out + "]";
+}
+
+/// The file system that holds `path`, or would if it were made.
+std::optional<dev_t> fileSystem(fs::path path) {
+  struct stat info {};
+  while (::stat(path.c_str(), &info) != 0) {
+    if (!path.has_relative_path()) return {};
+    path = path.parent_path();
+  }
+  return info.st_dev;
+}
+
+/// `file` as seen from `folder`: relative, or absolute if they lie in different file systems.
+std::string fileSeenFrom(const fs::path& folder, const fs::path& file) {
+  std::error_code error;
+  const fs::path from = fs::weakly_canonical(fs::absolute(folder), error);
+  const fs::path target = fs::weakly_canonical(fs::absolute(file).parent_path(), error) / file.filename();
+  if (error || fileSystem(from) != fileSystem(target.parent_path())) return fs::absolute(file).string();
+  return target.lexically_relative(from).string();
+}
+
+Json scenarioJson(const Solution& solution, const fs::path& folder) {
+  Json json = toJson(solution.scenario);
+  json["file"] = fileSeenFrom(folder, solution.scenario.file);
+  json["sha256"] = solution.scenario.sha256;
+  json["mesh_sha256"] = solution.mesh_sha256;
+  return json;
+}
+
+Json runJson(const Provenance& run) {
+  return {{"version", run.version},
+          {"seed", run.seed},
+          {"threads", run.threads},
+          {"planner", run.planner},
+          {"wall_time_s", run.wall_time},
+          {"cpu_time_s", run.cpu_time},
+          {"iterations", run.iterations},
+          {"states", run.states},
+          {"steps", run.steps},
+          {"simulated_time_s", run.simulated_time},
+          {"host", run.host}};
+}
+
+}  // namespace
+
+const char* name(PlanStatus status) {
+  switch (status) {
+    case PlanStatus::solved:
+      return "solved";
+    case PlanStatus::time_limit:
+      return "time_limit";
+    case PlanStatus::iteration_limit:
+      return "iteration_limit";
+    case PlanStatus::cancelled:
+      return "cancelled";
+    case PlanStatus::simulated:
+      return "simulated";
+  }
+  return "";
+}
+
+Json nodesToJson(const RodShape& shape) {
+  Json rows = Json::array();
+  for (const Pose& node : shape) {
+    const Vector3& p = node.position;
+    const Quaternion& q = node.rotation;
+    rows.push_back({p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()});
+  }
+  return rows;
+}
+
+void writeSolution(const Solution& solution, const fs::path& file) {
+  Json controls = Json::array();
+  for (const Control& control : solution.controls) controls.push_back(toJson(control));
+
+  const Json scenario = scenarioJson(solution, fs::absolute(file).parent_path());
+  std::string out =
+      "{\n \"tendril_solution\": 1,\n \"status\": \"" + std::string(name(solution.status)) + "\"";
+  out += ",\n \"scenario\": " + pretty(scenario, 1);
+  out += ",\n \"run\": " + pretty(runJson(solution.run), 1);
+  out += ",\n \"controls\": " + pretty(controls, 1);
+  out += ",\n \"trajectory\": " + trajectoryText(solution.trajectory) + "\n}\n";
+  writeFileAtomically(file, out);
+}
+
+}  // namespace tendril
