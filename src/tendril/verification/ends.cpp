@@ -1,0 +1,145 @@
+#include "tendril/verification/ends.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "tendril/statics.h"
+#include "tendril/verification/clearance.h"
+
+namespace tendril::verification {
+namespace {
+
+constexpr double kStartPosition = 2e-3;  // of L
+constexpr double kStartAngle = 0.02;     // rad
+
+/// The shape a placement stands for: the stable, contact-free equilibrium of least energy. Empty, with the
+/// reason in `problem`, if there is none.
+RodShape shapeOf(const Placement& placement, const Scenario& scenario, const FaceTree& faces,
+                 std::string& problem) {
+  const std::vector<Equilibrium> equilibria = equilibriaOf(scenario.rod, placement);
+  for (const Equilibrium& equilibrium : equilibria)
+    if (isClear(equilibrium.nodes, scenario.rod, faces)) return equilibrium.nodes;
+  // A wrench leaves no choice: the shape is what it is, and whether it is clear is for the check of clearance
+  // to say.
+  if (std::holds_alternative<PoseAndWrench>(placement) && !equilibria.empty())
+    return equilibria.front().nodes;
+  problem = equilibria.empty()
+                ? "it has no stable equilibrium"
+                : fmt::format("none of its {} stable equilibria is clear of contact", equilibria.size());
+  return {};
+}
+
+/// A frame of the motion and the frame it must be near.
+struct FramePair {
+  std::string what;
+  const Pose& actual;
+  const Pose& expected;
+};
+
+/// The largest differences among pairs of frames, and where they are.
+struct Deviation {
+  double position = 0, angle = 0;  // m, rad
+  std::string at_position, at_angle;
+
+  void include(const FramePair& pair) {
+    const double p = (pair.actual.position - pair.expected.position).norm();
+    const double a = angleBetween(pair.actual.rotation, pair.expected.rotation);
+    if (at_position.empty() || p > position) position = p, at_position = pair.what;
+    if (at_angle.empty() || a > angle) angle = a, at_angle = pair.what;
+  }
+  [[nodiscard]] std::string words() const {
+    return fmt::format("{:.6g} mm ({}) and {:.3g} rad ({})", 1e3 * position, at_position, angle, at_angle);
+  }
+};
+
+Deviation shapeDeviation(const RodShape& actual, const RodShape& expected) {
+  Deviation deviation;
+  for (std::size_t i = 0; i < actual.size(); ++i)
+    deviation.include({fmt::format("node {}", i), actual[i], expected[i]});
+  return deviation;
+}
+
+Deviation gripperDeviation(const RodShape& actual, const GripperPoses& expected) {
+  Deviation deviation;
+  deviation.include({"first node", actual.front(), expected.first});
+  deviation.include({"last node", actual.back(), expected.last});
+  return deviation;
+}
+
+}  // namespace
+
+Check checkStart(const Solution& solution, const FaceTree& faces) {
+  Check check{"start", false, ""};
+  const Scenario& scenario = solution.scenario;
+  const RodShape& first = solution.trajectory.shapes.front();
+  Deviation deviation;
+  std::string compared = "frames given by the scenario's start";
+  if (!scenario.start) {
+    if (!scenario.start_pose) {
+      check.message = "the scenario has no start";
+      return check;
+    }
+    deviation.include({"first node", first.front(), *scenario.start_pose});
+  } else if (solution.status != PlanStatus::simulated && scenario.environment.gravity.isZero()) {
+    std::string problem;
+    const RodShape shape = shapeOf(*scenario.start, scenario, faces, problem);
+    if (shape.empty()) {
+      check.message = "the scenario's start cannot be compared with: " + problem;
+      return check;
+    }
+    deviation = shapeDeviation(first, shape);
+    compared = "scenario's start";
+  } else if (const auto* grippers = std::get_if<GripperPoses>(&*scenario.start)) {
+    deviation = gripperDeviation(first, *grippers);
+  } else {
+    deviation.include({"first node", first.front(), std::get<PoseAndWrench>(*scenario.start).pose});
+  }
+  const double allowed = kStartPosition * scenario.rod.length;
+  check.passed = deviation.position <= allowed && deviation.angle <= kStartAngle;
+  check.message = fmt::format("the first state is off the {} by at most {}; {:.6g} mm and {} rad are allowed",
+                              compared, deviation.words(), 1e3 * allowed, kStartAngle);
+  return check;
+}
+
+Check checkGoal(const Solution& solution, const FaceTree& faces) {
+  Check check{"goal", false, ""};
+  const Scenario& scenario = solution.scenario;
+  if (!scenario.goal) {
+    check.message = "the scenario has no goal";
+    return check;
+  }
+  const Goal& goal = *scenario.goal;
+  const RodShape& last = solution.trajectory.shapes.back();
+
+  RodShape shape;
+  std::string problem;
+  const auto* grippers = std::get_if<GripperPoses>(&goal.placement);
+  if (!grippers || goal.shape_tolerance) shape = shapeOf(goal.placement, scenario, faces, problem);
+  if (!problem.empty()) {
+    check.message = "the scenario's goal cannot be compared with: " + problem;
+    return check;
+  }
+  const Deviation ends =
+      gripperDeviation(last, grippers ? *grippers : GripperPoses{shape.front(), shape.back()});
+  bool inside = ends.position <= goal.position_tolerance &&
+                (!goal.angle_tolerance || ends.angle <= *goal.angle_tolerance);
+  std::string measured =
+      fmt::format("the last state's ends are off the goal's by at most {}; {:.6g} mm{} allowed", ends.words(),
+                  1e3 * goal.position_tolerance,
+                  goal.angle_tolerance ? fmt::format(" and {} rad are", *goal.angle_tolerance) : " is");
+  if (goal.shape_tolerance) {
+    const Deviation whole = shapeDeviation(last, shape);
+    inside = inside && whole.position <= *goal.shape_tolerance;
+    measured += fmt::format("; its shape by at most {:.6g} mm ({}), {:.6g} mm is allowed",
+                            1e3 * whole.position, whole.at_position, 1e3 * *goal.shape_tolerance);
+  }
+  check.passed = inside && solution.status == PlanStatus::solved;
+  if (solution.status != PlanStatus::solved)
+    check.message = fmt::format("not reached: the plan ended with {}; {}", name(solution.status), measured);
+  else
+    check.message = measured;
+  return check;
+}
+
+}  // namespace tendril::verification
