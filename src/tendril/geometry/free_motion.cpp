@@ -46,7 +46,7 @@ Body<N> atRest(const std::array<Vector3, N>& corners) {
 template <std::size_t NP, std::size_t NQ, class Between>
 double freeMotion(const Body<NP>& p, const Body<NQ>& q, double radius, double keep, const Between& between) {
   constexpr int kPlanes = 64;
-  constexpr double kWorthwhile = 1e-3;  // stop when a plane adds less than this fraction of the time so far
+  constexpr double kWorthwhile = 1e-4;  // stop when a plane adds less than this fraction of the time so far
 
   Vector3 apart = between(p.corners, q.corners);
   double distance = apart.norm();

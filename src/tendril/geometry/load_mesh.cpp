@@ -142,9 +142,11 @@ TriangleMesh loadMesh(const fs::path& file, double scale, const Pose& pose) {
   // Triangulation is the only step asked for: others merge, reorder or drop what is nearly the same.
   Assimp::Importer importer;
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate);
-  if (scene == nullptr || scene->mRootNode == nullptr)
-    throw InputError(
-        fmt::format("{}: cannot be read as a mesh: {}", file.string(), importer.GetErrorString()));
+  if (scene == nullptr || scene->mRootNode == nullptr) {
+    std::string reason = importer.GetErrorString();
+    if (!reason.ends_with('.')) reason += '.';
+    throw InputError(fmt::format("{}: cannot be read as a mesh: {}", file.string(), reason));
+  }
 
   Collector collector(file, *scene);
   collector.addNode(*scene->mRootNode, {scale * pose.rotation.toRotationMatrix(), pose.position});
