@@ -154,7 +154,11 @@ export class Panel {
   listen() {
     const { player, stage } = this;
     $('play').onclick = () => player.toggle();
-    $('scrub').oninput = () => { player.pause(); player.set(Number($('scrub').value)); };
+    $('scrub').oninput = () => {
+      const time = Number($('scrub').value);
+      player.pause();
+      player.set(time);
+    };
     $('speed').onchange = () => { player.speed = Number($('speed').value); };
     $('loop').onchange = () => { player.loop = $('loop').checked; };
     $('opacity').oninput = () => this.setOpacity();
