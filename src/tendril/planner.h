@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <functional>
 
 #include "tendril/dynamics.h"
@@ -19,6 +20,7 @@ struct PlanRequest {
   std::string planner = "tendril";  // tendril, paper, or an OMPL control planner: RRT, KPIECE1, EST, SST, PDST
   std::uint64_t seed = 1;
   double time_limit_s = 1200;       // loading and planning, counted from `started`
+  std::chrono::steady_clock::time_point started = std::chrono::steady_clock::now();
   int threads = 1;
   const std::atomic<bool>* cancel = nullptr;             // set by Ctrl-C
   std::function<void(const PlanProgress&)> on_progress;  // may be empty; called a few times a second
@@ -36,7 +38,7 @@ struct PlanRequest {
 
 /// Plans. The result's status is `solved` only for an exact solution, still to be verified by the caller; otherwise its
 /// trajectory is the motion that came nearest to the goal. Fills everything but run.version, run.host, mesh hashes.
-/// One seeded run per process (OMPL's generators). Throws InputError on a bad start, goal or planner name.
+/// Reseeds OMPL's generators, so one call at a time per process. Throws InputError on a bad start, goal or planner name.
 [[nodiscard]] Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRequest& request);
 
 }  // namespace tendril

@@ -65,6 +65,7 @@ struct Goal {
 /// Settings of the planner, see docs/scenario.md for each. Defaults are what `--planner tendril` was tuned for.
 struct PlannerSettings {
   double goal_bias = 0.2;             // probability of aiming at the goal
+  int extend_limit = 0;               // EXTENDs after which planning gives up; 0: only the time limit
   double reach_fraction = 0.01;       // epsilon of Algorithm 1 as a fraction of L
   double phase_limit_s = 2.0;         // simulated time one phase of EXTEND may take
   double explore_time_step_s = 0.05;  // time step of the coarse exploration
@@ -78,6 +79,8 @@ struct PlannerSettings {
 template <class Settings, class Visit>
 void visitPlannerSettings(Settings& s, Visit&& visit) {
   visit("goal_bias", s.goal_bias, 0.0, 1.0, "-", "probability of aiming at the goal");
+  visit("extend_limit", s.extend_limit, 0, 1000000000, "-",
+        "EXTENDs after which planning gives up; 0: only the time limit");
   visit("reach_fraction", s.reach_fraction, 1e-6, 1.0, "L", "a gripper has arrived within this of its target");
   visit("phase_limit_s", s.phase_limit_s, 1e-3, 1e3, "s", "simulated time one phase of EXTEND may take");
   visit("explore_time_step_s", s.explore_time_step_s, 1e-4, 1.0, "s", "time step of the coarse exploration");

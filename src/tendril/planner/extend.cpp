@@ -1,0 +1,72 @@
+#include "tendril/planner/extend.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tendril {
+
+/// Which ends are held in a phase (0 or 1) in which `moving` moves; none if the scenario's grasps forbid that motion.
+std::array<bool, 2> Extend::heldIn(int phase, End moving) const {
+  const Grasp alone = moving == End::first ? Grasp::first : Grasp::last;
+  const bool may_hold_both = model_.grippers.allows(Grasp::both), may_hold_alone = model_.grippers.allows(alone);
+  const bool wants_both = phase == 1 || settings_.other_end == OtherEnd::held;
+  if (may_hold_both && (wants_both || !may_hold_alone)) return {true, true};
+  if (may_hold_alone) return {moving == End::first, moving == End::last};
+  return {false, false};
+}
+
+bool Extend::arrived(const RodShape& shape, End end, const Pose& target) const {
+  const Pose& q = endPose(shape, end);
+  return (q.position - target.position).norm() <= settings_.reach &&
+         angleBetween(q.rotation, target.rotation) <= kReachAngle;
+}
+
+ExtendReport Extend::operator()(const ExtendControl& extend, RodState& state, RodWorkspace& workspace,
+                                const std::function<bool()>& stop, TrajectoryRecorder* recorder) const {
+  ExtendReport report;
+  const double dt = model_.simulation.time_step;
+  const auto longest = static_cast<std::int64_t>(std::ceil(settings_.phase_limit / dt));
+  std::int64_t time_steps = recorder ? recorder->steps() : 0;
+  RodState before;
+  for (int phase = 0; phase < 2; ++phase) {
+    const End moving = phase == 0 ? extend.leading : other(extend.leading);
+    const Pose& target = extend.targets[static_cast<std::size_t>(moving)];
+    Control control;
+    control.held = heldIn(phase, moving);
+    control.moving = moving;
+    control.target = target;
+    if (!control.isHeld(moving)) continue;
+    control.start_s = static_cast<double>(time_steps) * dt;
+    ControlRunner runner(model_, control, state);
+    std::int64_t steps = 0;
+    while (steps < longest && !arrived(state.nodes, moving, target)) {
+      if (stop()) {
+        report.cancelled = true;
+        break;
+      }
+      before = state;
+      const std::size_t states = recorder ? recorder->trajectory().shapes.size() : 0;
+      if (recorder)
+        recorder->advance(runner, control, state, workspace);
+      else
+        runner.advance(state, workspace);
+      const bool inside = std::all_of(state.nodes.begin(), state.nodes.end(), [&](const Pose& node) {
+        return model_.workspace.contains(node.position);
+      });
+      if (!inside) {
+        std::swap(state, before);
+        if (recorder) recorder->truncate(recorder->steps() - 1, states);
+        break;
+      }
+      ++steps;
+    }
+    time_steps += steps;
+    report.steps += steps;
+    control.end_s = static_cast<double>(time_steps) * dt;
+    if (steps > 0) report.controls.push_back(control);
+    if (report.cancelled) break;
+  }
+  return report;
+}
+
+}  // namespace tendril

@@ -1,0 +1,53 @@
+/// Algorithm 1 of the paper: EXTEND moves first one gripper, then the other, toward a target. Private to planner.
+#pragma once
+
+#include <functional>
+
+#include "tendril/dynamics.h"
+
+namespace tendril {
+
+/// A control of the planner: where both grippers should go, and which goes first.
+struct ExtendControl {
+  End leading = End::first;    // the gripper that moves first
+  std::array<Pose, 2> targets; // of the first and the last node
+};
+
+/// Whether the other end is held while the leading gripper moves. The paper leaves it open ("both or only one of its
+/// extremities"); `let_go` wherever the scenario's grasps allow it.
+enum class OtherEnd { let_go, held };
+
+/// The constant side of EXTEND.
+struct ExtendSettings {
+  OtherEnd other_end = OtherEnd::let_go;
+  double reach = 0.01;        // epsilon, m: a gripper has arrived within this of its target (and kReachAngle)
+  double phase_limit = 2.0;   // s of simulated time a phase may take
+};
+inline constexpr double kReachAngle = 0.1;  // rad
+
+/// What EXTEND did. `controls` are its phases, for the solution; times count from `start_time`.
+struct ExtendReport {
+  std::vector<Control> controls;
+  std::int64_t steps = 0;
+  bool cancelled = false;
+};
+
+/// Carries EXTEND out from `state`. Both loops run while the distance is > epsilon (the paper prints <) and no longer than
+/// phase_limit; a phase that would carry a node out of the workspace ends with the last state inside. With a recorder the
+/// motion is written down. `stop` is asked before every step.
+class Extend {
+ public:
+  Extend(const RodModel& model, const ExtendSettings& settings) : model_(model), settings_(settings) {}
+
+  ExtendReport operator()(const ExtendControl& control, RodState& state, RodWorkspace& workspace,
+                          const std::function<bool()>& stop, TrajectoryRecorder* recorder = nullptr) const;
+
+ private:
+  [[nodiscard]] std::array<bool, 2> heldIn(int phase, End moving) const;
+  [[nodiscard]] bool arrived(const RodShape& shape, End end, const Pose& target) const;
+
+  const RodModel& model_;
+  ExtendSettings settings_;
+};
+
+}  // namespace tendril

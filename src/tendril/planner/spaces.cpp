@@ -1,0 +1,181 @@
+#include "tendril/planner/spaces.h"
+
+#include <ompl/base/ProjectionEvaluator.h>
+
+#include <cmath>
+
+namespace tendril::ompl_spaces {
+namespace {
+
+const State& rodOf(const ob::State* state) { return *static_cast<const State*>(state); }
+State& rodOf(ob::State* state) { return *static_cast<State*>(state); }
+
+/// Draws stable equilibria at rest.
+class Sampler : public ob::StateSampler {
+ public:
+  Sampler(const ob::StateSpace* space, StableSampler& sampler) : ob::StateSampler(space), sampler_(sampler) {}
+  void sampleUniform(ob::State* state) override {
+    State& s = rodOf(state);
+    if (sampler_.sample(shape_)) s.rod = RodState::atRest(shape_);
+  }
+  void sampleUniformNear(ob::State* state, const ob::State*, double) override { sampleUniform(state); }
+  void sampleGaussian(ob::State* state, const ob::State*, double) override { sampleUniform(state); }
+
+ private:
+  StableSampler& sampler_;
+  RodShape shape_;
+};
+
+/// The rod's middle and its direction there: what grid- and cell-based planners look at.
+class Projection : public ob::ProjectionEvaluator {
+ public:
+  Projection(const ob::StateSpace* space, const Box& workspace) : ob::ProjectionEvaluator(space) {
+    for (int i = 0; i < 3; ++i) cellSizes_.push_back((workspace.max[i] - workspace.min[i]) / 20);
+  }
+  [[nodiscard]] unsigned int getDimension() const override { return 3; }
+  void project(const ob::State* state, Eigen::Ref<Eigen::VectorXd> projection) const override {
+    const RodShape& nodes = rodOf(state).rod.nodes;
+    projection = nodes[nodes.size() / 2].position;
+  }
+};
+
+/// Undirected planners aim at the ends of a stable sample.
+class RandomControl : public oc::ControlSampler {
+ public:
+  RandomControl(const ControlSpace* space, StableSampler& sampler)
+      : oc::ControlSampler(space), control_space_(space), sampler_(sampler) {}
+  void sample(oc::Control* control) override {
+    if (!sampler_.sample(shape_)) return;
+    static_cast<ControlValue*>(control)->extend = {control_space_->leadingEnd(), {shape_.front(), shape_.back()}};
+  }
+
+ private:
+  const ControlSpace* control_space_;
+  StableSampler& sampler_;
+  RodShape shape_;
+};
+
+bool samePose(const Pose& a, const Pose& b) {
+  return a.position == b.position && a.rotation.coeffs() == b.rotation.coeffs();
+}
+
+}  // namespace
+
+StateSpace::StateSpace(std::size_t nodes, const Box& workspace, StableSampler& sampler, bool penalise_failures)
+    : nodes_(nodes), workspace_(workspace), sampler_(sampler), penalise_failures_(penalise_failures) {
+  setName("Rod");
+}
+
+unsigned int StateSpace::getDimension() const { return static_cast<unsigned int>(12 * nodes_); }
+double StateSpace::getMaximumExtent() const { return (workspace_.max - workspace_.min).norm(); }
+double StateSpace::getMeasure() const { return (workspace_.max - workspace_.min).prod(); }
+
+bool StateSpace::satisfiesBounds(const ob::State* state) const {
+  for (const Pose& node : rodOf(state).rod.nodes)
+    if (!workspace_.contains(node.position)) return false;
+  return true;
+}
+
+void StateSpace::copyState(ob::State* destination, const ob::State* source) const {
+  rodOf(destination).rod = rodOf(source).rod;
+  rodOf(destination).failed_extends = rodOf(source).failed_extends;
+}
+
+double StateSpace::distance(const ob::State* a, const ob::State* b) const {
+  const State &p = rodOf(a), &q = rodOf(b);
+  const double d = meanNodeDistance(p.rod.nodes, q.rod.nodes);
+  return penalise_failures_ ? d * (1 + p.failed_extends + q.failed_extends) : d;
+}
+
+bool StateSpace::equalStates(const ob::State* a, const ob::State* b) const {
+  const RodShape &p = rodOf(a).rod.nodes, &q = rodOf(b).rod.nodes;
+  return std::equal(p.begin(), p.end(), q.begin(), q.end(), samePose);
+}
+
+void StateSpace::interpolate(const ob::State* from, const ob::State* to, double t, ob::State* state) const {
+  const RodShape a = rodOf(from).rod.nodes, b = rodOf(to).rod.nodes;
+  RodShape shape(a.size());
+  for (std::size_t i = 0; i < a.size(); ++i)
+    shape[i] = {a[i].rotation.slerp(t, b[i].rotation), (1 - t) * a[i].position + t * b[i].position};
+  rodOf(state).rod = RodState::atRest(std::move(shape));
+}
+
+ob::StateSamplerPtr StateSpace::allocDefaultStateSampler() const { return std::make_shared<Sampler>(this, sampler_); }
+
+ob::State* StateSpace::allocState() const {
+  auto* state = new State;
+  state->rod = RodState::atRest(RodShape(nodes_));
+  return state;
+}
+void StateSpace::freeState(ob::State* state) const { delete static_cast<State*>(state); }
+
+void StateSpace::registerProjections() {
+  registerDefaultProjection(std::make_shared<Projection>(this, workspace_));
+}
+
+ControlSpace::ControlSpace(const ob::StateSpacePtr& states, StableSampler& sampler, Random& random, bool random_order)
+    : oc::ControlSpace(states), sampler_(sampler), random_(random), random_order_(random_order) {
+  setName("Grippers");
+}
+
+unsigned int ControlSpace::getDimension() const { return 13; }
+oc::Control* ControlSpace::allocControl() const { return new ControlValue; }
+void ControlSpace::freeControl(oc::Control* control) const { delete static_cast<ControlValue*>(control); }
+void ControlSpace::copyControl(oc::Control* destination, const oc::Control* source) const {
+  static_cast<ControlValue*>(destination)->extend = static_cast<const ControlValue*>(source)->extend;
+}
+bool ControlSpace::equalControls(const oc::Control* a, const oc::Control* b) const {
+  const auto &x = static_cast<const ControlValue*>(a)->extend, &y = static_cast<const ControlValue*>(b)->extend;
+  return x.leading == y.leading && samePose(x.targets[0], y.targets[0]) && samePose(x.targets[1], y.targets[1]);
+}
+void ControlSpace::nullControl(oc::Control* control) const { static_cast<ControlValue*>(control)->extend = {}; }
+oc::ControlSamplerPtr ControlSpace::allocDefaultControlSampler() const {
+  return std::make_shared<RandomControl>(this, sampler_);
+}
+End ControlSpace::leadingEnd() const {
+  return random_order_ && random_.uniform() < 0.5 ? End::last : End::first;
+}
+
+Propagator::Propagator(const oc::SpaceInformationPtr& si, const RodModel& model, const ExtendSettings& settings,
+                       Work& work)
+    : oc::StatePropagator(si), extend_(model, settings), work_(work) {}
+
+void Propagator::propagate(const ob::State* state, const oc::Control* control, double, ob::State* result) const {
+  State& out = rodOf(result);
+  if (state != result) out.rod = rodOf(state).rod;
+  out.failed_extends = 0;
+  const ExtendReport report =
+      extend_(static_cast<const ControlValue*>(control)->extend, out.rod, workspace_, work_.stop);
+  ++work_.extends;
+  work_.steps += report.steps;
+}
+
+unsigned int DirectedSampler::sampleTo(oc::Control* control, const ob::State* source, ob::State* destination) {
+  State& target = rodOf(destination);
+  const State& from = rodOf(source);
+  const auto* space = static_cast<const ControlSpace*>(si_->getControlSpace().get());
+  static_cast<ControlValue*>(control)->extend = {space->leadingEnd(),
+                                                 {target.rod.nodes.front(), target.rod.nodes.back()}};
+  const RodShape aim = target.rod.nodes;
+  const double before = meanNodeDistance(from.rod.nodes, aim);
+  si_->getStatePropagator()->propagate(source, control, si_->getPropagationStepSize(), destination);
+  if (meanNodeDistance(target.rod.nodes, aim) > 0.9 * before) ++from.failed_extends;
+  return meanNodeDistance(from.rod.nodes, target.rod.nodes) < too_near_ ? 0 : 1;
+}
+unsigned int DirectedSampler::sampleTo(oc::Control* control, const oc::Control*, const ob::State* source,
+                                       ob::State* destination) {
+  return sampleTo(control, source, destination);
+}
+
+Goal::Goal(const ob::SpaceInformationPtr& si, const GoalTest& test) : ob::GoalSampleableRegion(si), test_(test) {
+  setThreshold(0);  // membership is isSatisfied's; the distance only ranks approximate solutions
+}
+double Goal::distanceGoal(const ob::State* state) const { return test_.distance(rodOf(state).rod.nodes); }
+bool Goal::isSatisfied(const ob::State* state) const { return test_(rodOf(state).rod.nodes); }
+bool Goal::isSatisfied(const ob::State* state, double* distance) const {
+  if (distance) *distance = distanceGoal(state);
+  return isSatisfied(state);
+}
+void Goal::sampleGoal(ob::State* state) const { rodOf(state).rod = RodState::atRest(test_.shape()); }
+
+}  // namespace tendril::ompl_spaces

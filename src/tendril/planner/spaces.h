@@ -1,0 +1,126 @@
+/// The rod in OMPL's terms: state space (metric (6)), control space, EXTEND as propagator, samplers, goal region.
+/// Private to planner, and included only by its .cpp files.
+#pragma once
+
+#include <ompl/base/goals/GoalSampleableRegion.h>
+#include <ompl/control/ControlSpace.h>
+#include <ompl/control/DirectedControlSampler.h>
+#include <ompl/control/SpaceInformation.h>
+#include <ompl/control/StatePropagator.h>
+
+#include "tendril/planner/extend.h"
+#include "tendril/planner/goal.h"
+#include "tendril/planner/sampling.h"
+
+namespace tendril::ompl_spaces {
+
+namespace ob = ompl::base;
+namespace oc = ompl::control;
+
+/// A rod in motion as an OMPL state.
+struct State : ob::State {
+  RodState rod;
+  /// How many EXTENDs from here led nowhere; the planner's nearest neighbour counts it (mutable: it is no part of the state).
+  mutable int failed_extends = 0;
+};
+
+/// SE(3) x A_stable and all that lies between: any rod of a fixed number of elements. Distance (6).
+class StateSpace : public ob::StateSpace {
+ public:
+  /// `sampler` gives the stable, contact-free rods that uniform samples are drawn from.
+  StateSpace(std::size_t nodes, const Box& workspace, StableSampler& sampler, bool penalise_failures);
+
+  [[nodiscard]] unsigned int getDimension() const override;
+  [[nodiscard]] double getMaximumExtent() const override;
+  [[nodiscard]] double getMeasure() const override;
+  void enforceBounds(ob::State*) const override {}
+  [[nodiscard]] bool satisfiesBounds(const ob::State* state) const override;
+  void copyState(ob::State* destination, const ob::State* source) const override;
+  [[nodiscard]] double distance(const ob::State* a, const ob::State* b) const override;
+  [[nodiscard]] bool equalStates(const ob::State* a, const ob::State* b) const override;
+  void interpolate(const ob::State* from, const ob::State* to, double t, ob::State* state) const override;
+  [[nodiscard]] ob::StateSamplerPtr allocDefaultStateSampler() const override;
+  [[nodiscard]] ob::State* allocState() const override;
+  void freeState(ob::State* state) const override;
+  void registerProjections() override;
+
+ private:
+  std::size_t nodes_;
+  Box workspace_;
+  StableSampler& sampler_;
+  bool penalise_failures_;
+};
+
+/// An OMPL control: one EXTEND. It lasts one OMPL step whatever its simulated time.
+struct ControlValue : oc::Control {
+  ExtendControl extend;
+};
+
+class ControlSpace : public oc::ControlSpace {
+ public:
+  ControlSpace(const ob::StateSpacePtr& states, StableSampler& sampler, Random& random, bool random_order);
+
+  [[nodiscard]] unsigned int getDimension() const override;
+  [[nodiscard]] oc::Control* allocControl() const override;
+  void freeControl(oc::Control* control) const override;
+  void copyControl(oc::Control* destination, const oc::Control* source) const override;
+  [[nodiscard]] bool equalControls(const oc::Control* a, const oc::Control* b) const override;
+  void nullControl(oc::Control* control) const override;
+  [[nodiscard]] oc::ControlSamplerPtr allocDefaultControlSampler() const override;
+
+  /// The gripper that leads: always the first as Algorithm 1 prints it, or drawn.
+  [[nodiscard]] End leadingEnd() const;
+
+ private:
+  StableSampler& sampler_;
+  Random& random_;
+  bool random_order_;
+};
+
+/// Counts what the simulator did for the planner, and tells it when to stop.
+struct Work {
+  std::function<bool()> stop;
+  std::int64_t extends = 0, steps = 0;
+};
+
+/// EXTEND as OMPL's state propagator: depends on state and control alone.
+class Propagator : public oc::StatePropagator {
+ public:
+  Propagator(const oc::SpaceInformationPtr& si, const RodModel& model, const ExtendSettings& settings, Work& work);
+  void propagate(const ob::State* state, const oc::Control* control, double duration,
+                 ob::State* result) const override;
+
+ private:
+  Extend extend_;
+  Work& work_;
+  mutable RodWorkspace workspace_;
+};
+
+/// Directed sampling: aims both grippers at the sample's ends and runs EXTEND.
+class DirectedSampler : public oc::DirectedControlSampler {
+ public:
+  DirectedSampler(const oc::SpaceInformation* si, double too_near)
+      : oc::DirectedControlSampler(si), too_near_(too_near) {}
+  unsigned int sampleTo(oc::Control* control, const ob::State* source, ob::State* destination) override;
+  unsigned int sampleTo(oc::Control* control, const oc::Control* previous, const ob::State* source,
+                        ob::State* destination) override;
+
+ private:
+  double too_near_;  // m: an EXTEND that ends this near its source is dropped
+};
+
+/// The goal region of gripper frames (and shape, if asked).
+class Goal : public ob::GoalSampleableRegion {
+ public:
+  Goal(const ob::SpaceInformationPtr& si, const GoalTest& test);
+  [[nodiscard]] double distanceGoal(const ob::State* state) const override;
+  [[nodiscard]] bool isSatisfied(const ob::State* state) const override;
+  [[nodiscard]] bool isSatisfied(const ob::State* state, double* distance) const override;
+  void sampleGoal(ob::State* state) const override;
+  [[nodiscard]] unsigned int maxSampleCount() const override { return 1; }
+
+ private:
+  const GoalTest& test_;
+};
+
+}  // namespace tendril::ompl_spaces

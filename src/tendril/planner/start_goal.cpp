@@ -1,0 +1,117 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "tendril/planner.h"
+#include "tendril/statics.h"
+
+namespace tendril {
+namespace {
+
+std::vector<Vector3> positionsOf(const RodShape& shape) {
+  std::vector<Vector3> positions;
+  for (const Pose& node : shape) positions.push_back(node.position);
+  return positions;
+}
+
+/// What is wrong with a shape's place, for a message; empty if nothing.
+std::string misplacement(const RodShape& shape, const Scenario& scenario, const Obstacles& obstacles) {
+  const std::vector<Vector3> positions = positionsOf(shape);
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    if (!scenario.environment.workspace.contains(positions[i]))
+      return fmt::format("leaves environment.workspace_m at node {} ({:.4g}, {:.4g}, {:.4g} m)", i, positions[i].x(),
+                         positions[i].y(), positions[i].z());
+  const Obstacles::Clearance near = obstacles.clearance(positions, scenario.rod.radius);
+  if (near.segment >= 0 && near.distance <= scenario.rod.radius) {
+    const auto k = static_cast<std::size_t>(near.segment);
+    const bool second = (near.on_rod - positions[k]).norm() > (near.on_rod - positions[k + 1]).norm();
+    const Obstacles::Face& face = obstacles.faces()[static_cast<std::size_t>(near.face)];
+    return fmt::format("penetrates {} by {:.3g} mm at node {} (face {})",
+                       scenario.environment.meshes[static_cast<std::size_t>(face.mesh)].file,
+                       1e3 * (scenario.rod.radius - near.distance), near.segment + (second ? 1 : 0),
+                       face.face_in_mesh);
+  }
+  const double self = selfDistance(shape, scenario.rod);
+  if (self < 2 * scenario.rod.radius)
+    return fmt::format("passes through itself by {:.3g} mm", 1e3 * (2 * scenario.rod.radius - self));
+  return {};
+}
+
+/// The stable, contact-free equilibrium of least energy of a placement. `key` is "start" or "goal".
+RodShape judgedShape(const Scenario& scenario, const Obstacles& obstacles, const Placement& placement,
+                     const std::string& key) {
+  const std::string where = scenario.file.string();
+  if (scenario.environment.gravity.norm() > 0)
+    throw InputError(fmt::format(
+        "{}: environment.gravity_m_s2 is not zero; the static equilibria that planning starts from are computed without "
+        "gravity. Set it to [0, 0, 0] to plan, or use `tendril simulate`.",
+        where));
+  if (const auto* chart = std::get_if<PoseAndWrench>(&placement)) {
+    EquilibriumIntegrator integrator(scenario.rod);
+    Equilibrium rod;
+    if (integrator.solve(chart->pose, chart->wrench, rod) == ChartStatus::inverted)
+      throw InputError(fmt::format(
+          "{}: {}.wrench compresses the rod to nothing (stretch 1 + u4 <= 0.05): no static equilibrium; lower its force.",
+          where, key));
+    if (rod.stability != Stability::stable)
+      throw InputError(fmt::format(
+          "{}: {} is an equilibrium but not a stable one: stability is lost at {:.3f} of the length; lower {}.wrench.",
+          where, key, rod.first_conjugate_t.value_or(1.0), key));
+    if (const std::string wrong = misplacement(rod.nodes, scenario, obstacles); !wrong.empty())
+      throw InputError(
+          fmt::format("{}: {} shape {}; move {}.pose, change its wrench or thin the rod.", where, key, wrong, key));
+    return rod.nodes;
+  }
+  const std::vector<Equilibrium> found = equilibriaOf(scenario.rod, placement);
+  if (found.empty())
+    throw InputError(fmt::format(
+        "{}: no stable static equilibrium was found between {}.grippers.first and last; bring them nearer to each other "
+        "than the rod's length, or give {}.pose and {}.wrench.",
+        where, key, key, key));
+  for (const Equilibrium& rod : found)
+    if (misplacement(rod.nodes, scenario, obstacles).empty()) return rod.nodes;
+  throw InputError(fmt::format("{}: {} shape {} (the least of {} stable equilibria between these grippers, none of "
+                               "which is free); move {}.grippers or thin the rod.",
+                               where, key, misplacement(found.front().nodes, scenario, obstacles), found.size(), key));
+}
+
+}  // namespace
+
+RodShape startShape(const Scenario& scenario, const Obstacles& obstacles, bool any_shape) {
+  const std::string where = scenario.file.string();
+  if (!scenario.start)
+    throw InputError(fmt::format(
+        "{}: start is missing: give start.pose with start.wrench, or start.grippers with first and last.", where));
+  if (!any_shape) return judgedShape(scenario, obstacles, *scenario.start, "start");
+  RodShape shape;
+  if (const auto* chart = std::get_if<PoseAndWrench>(&*scenario.start)) {
+    EquilibriumIntegrator integrator(scenario.rod);
+    Equilibrium rod;
+    if (integrator.shape(chart->pose, chart->wrench, rod) == ChartStatus::inverted)
+      throw InputError(fmt::format("{}: start.wrench compresses the rod to nothing; lower its force.", where));
+    shape = rod.nodes;
+  } else {
+    const std::vector<Equilibrium> found = equilibriaOf(scenario.rod, *scenario.start);
+    if (found.empty())
+      throw InputError(fmt::format("{}: no rod was found between start.grippers.first and last.", where));
+    shape = found.front().nodes;
+    for (const Equilibrium& rod : found)
+      if (misplacement(rod.nodes, scenario, obstacles).empty()) {
+        shape = rod.nodes;
+        break;
+      }
+  }
+  if (const std::string wrong = misplacement(shape, scenario, obstacles); !wrong.empty())
+    throw InputError(fmt::format("{}: start shape {}; move the start or thin the rod.", where, wrong));
+  return shape;
+}
+
+RodShape goalShape(const Scenario& scenario, const Obstacles& obstacles) {
+  if (!scenario.goal)
+    throw InputError(fmt::format(
+        "{}: goal is missing: give goal.grippers with first and last, or goal.pose with goal.wrench.",
+        scenario.file.string()));
+  return judgedShape(scenario, obstacles, scenario.goal->placement, "goal");
+}
+
+}  // namespace tendril

@@ -1,0 +1,191 @@
+/// Contact terms against finite differences, and what must hold of every motion in contact.
+#include "tendril/dynamics/contact.h"
+
+#include <gtest/gtest.h>
+
+#include "dynamics/scenes.h"
+
+namespace tendril {
+namespace {
+
+using namespace scenes;
+
+/// Two nodes whose segment is placed near a mesh, and the contact potential of that placement.
+struct Probe {
+  const Obstacles& obstacles;
+  contact::Contacts contacts;
+  std::vector<beam::Node> nodes{2};
+
+  explicit Probe(const Obstacles& o) : obstacles(o) { contacts.prepare(o, 0.01, {0.005, 3.0}, 2); }
+
+  double energyAt(const std::vector<Vector3>& p) {
+    contacts.findCandidates(p, {Vector3::Zero(), Vector3::Zero()});
+    EXPECT_TRUE(contacts.evaluate(p));
+    return contacts.energy();
+  }
+};
+
+void expectGradientMatches(const Obstacles& obstacles, const Vector3& p0, const Vector3& p1, std::size_t at_least) {
+  Probe probe(obstacles);
+  Random random(1);
+  const std::vector<Vector3> p = {p0, p1};
+  for (std::size_t i = 0; i < 2; ++i) {
+    probe.nodes[i].pose = {random.rotation(), p[i]};
+    probe.nodes[i].rotation = probe.nodes[i].pose.rotation.toRotationMatrix();
+  }
+  EXPECT_GT(probe.energyAt(p), 0);
+  EXPECT_GE(probe.contacts.activeTerms(), at_least);
+  BlockTridiagonal system;
+  system.resize(2);
+  system.setZero();
+  for (Vector6& r : system.rhs) r.setZero();
+  probe.contacts.addDerivatives(probe.nodes, system);
+  const double step = 1e-8;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Vector3 gradient = -(probe.nodes[i].rotation * system.rhs[i].tail<3>());
+    for (int k = 0; k < 3; ++k) {
+      std::vector<Vector3> plus = p, minus = p;
+      plus[i][k] += step, minus[i][k] -= step;
+      const double difference = (probe.energyAt(plus) - probe.energyAt(minus)) / (2 * step);
+      EXPECT_NEAR(difference, gradient[k], 2e-5 * (gradient.norm() + 1e-3)) << "node " << i << " axis " << k;
+    }
+  }
+}
+
+TEST(Contact, GradientIsTheDerivativeOfTheEnergyAtFacesEdgesAndVertices) {
+  const Obstacles o = obstaclesOf({block({-1, -1, -1}, {0, 0, 0})});
+  expectGradientMatches(o, {-0.5, -0.4, 0.012}, {-0.45, -0.4, 0.013}, 2);     // two nodes over a face
+  expectGradientMatches(o, {-0.1, -0.52, 0.026}, {0.1, -0.5, 0.0}, 1);      // across an edge
+  expectGradientMatches(o, {0.05, -0.05, 0.013}, {-0.05, 0.06, 0.008}, 1);    // past the corner
+  expectGradientMatches(o, {0.008, 0.006, 0.009}, {0.1, 0.1, 0.15}, 1);       // a node before the corner
+}
+
+TEST(Contact, GradientIsTheDerivativeOfTheEnergyNearlyParallelToAnEdge) {
+  const Obstacles o = obstaclesOf({block({-1, -1, -1}, {0, 0, 0})});
+  for (const double tilt : {1e-4, 1e-3, 5e-3})  // radians from the edge's direction
+    expectGradientMatches(o, {-0.05, 0.009, 0.0088}, {0.03, 0.009 + 0.08 * tilt, 0.0088 - 0.05 * tilt}, 2);
+}
+
+TEST(Contact, CoplanarAndConcaveEdgesAreNoFeatures) {
+  // A rod lying on the diagonal of a face: only its two nodes feel the plane.
+  const Obstacles flat = obstaclesOf({block({-1, -1, -1}, {0, 0, 0})});
+  Probe probe(flat);
+  probe.energyAt({{-0.5, -0.45, 0.012}, {-0.45, -0.5, 0.012}});
+  for (const contact::Term& term : probe.contacts.terms()) EXPECT_FALSE(term.on_segment);
+  // Inside a tube its lengthwise edges are concave.
+  const Obstacles pipe = obstaclesOf({tube(0.013, -1, 1)});
+  Probe inside(pipe);
+  inside.energyAt({{-0.05, 0.0005, 0.0}, {0.05, -0.0005, 0.0003}});
+  EXPECT_GT(inside.contacts.activeTerms(), 0U);
+  for (const contact::Term& term : inside.contacts.terms()) EXPECT_FALSE(term.on_segment);
+}
+
+/// Pushes and pulls a rod about near obstacles, with random targets beyond them.
+template <class Check>
+void struggle(const Obstacles& obstacles, const RodShape& start, double friction, Check&& check) {
+  Scenario s = rodScenario(5e7, static_cast<int>(start.size()) - 1);
+  s.environment.friction = friction;
+  s.simulation.contact_distance = 0.1 * s.rod.radius;
+  const RodModel model(s, obstacles);
+  RodState state = RodState::atRest(start);
+  RodWorkspace workspace;
+  Random random(7);
+  for (int k = 0; k < 12; ++k) {
+    Control control;
+    control.moving = k % 2 == 0 ? End::first : End::last;
+    control.held = k % 3 == 0 ? std::array{true, true}
+                              : std::array{control.moving == End::first, control.moving == End::last};
+    control.target = {random.rotation(),
+                      {random.uniform(-0.8, 0.8), random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6)}};
+    ControlRunner runner(model, control, state);
+    for (int i = 0; i < 40; ++i) {
+      const RodShape before = state.nodes;
+      runner.advance(state, workspace, true);
+      check(before, workspace.wayPoints(), state.nodes);
+    }
+  }
+}
+
+TEST(Contact, NoMotionBetweenWayPointsEverPenetrates) {
+  const Obstacles o = obstaclesOf({block({-0.3, -0.3, -0.5}, {0.3, 0.3, -0.02}), block({0.45, -1, -1}, {0.5, 1, 1})});
+  double least = std::numeric_limits<double>::infinity();
+  int touching = 0;
+  struggle(o, straight({Quaternion::Identity(), {-0.6, 0, 0.05}}, 1, 20), 0.3,
+           [&](const RodShape& before, std::span<const RodShape> way, const RodShape& after) {
+             ASSERT_FALSE(way.empty());
+             EXPECT_EQ(maxNodeDistance(way.back(), after), 0);
+             RodShape from = before, between = before;
+             for (const RodShape& to : way) {
+               for (const double t : {0.25, 0.5, 0.75, 1.0}) {
+                 for (std::size_t i = 0; i < from.size(); ++i)
+                   between[i].position = (1 - t) * from[i].position + t * to[i].position;
+                 const double distance = bruteForceDistance(between, o);
+                 least = std::min(least, distance);
+                 touching += distance < 0.0115;
+               }
+               EXPECT_LE(maxNodeDistance(from, to), 0.25);
+               from = to;
+             }
+           });
+  EXPECT_GE(least, 0.01 - 1e-12);
+  EXPECT_GT(touching, 100);  // the test is about contact
+}
+
+TEST(Contact, HeavyRodComesToRestOnAFloorWithinTheBarriersReach) {
+  Scenario s = rodScenario(5e7, 20);
+  s.environment.gravity = {0, 0, -9.81};
+  const Obstacles o = obstaclesOf({block({-2, -2, -1}, {2, 2, 0})});
+  const RodModel model(s, o);
+  RodState state = RodState::atRest(straight({Quaternion::Identity(), {-0.5, 0.1, 0.05}}, 1, 20));
+  RodWorkspace workspace;
+  for (int k = 0; k < 300; ++k) step(model, {}, state, workspace);
+  for (std::size_t i = 0; i < state.nodes.size(); ++i) {
+    EXPECT_GT(state.nodes[i].position.z(), 0.01);
+    EXPECT_LT(state.nodes[i].position.z(), 0.01 + s.simulation.contact_distance);
+    EXPECT_LT(state.velocities[i].tail<3>().norm(), 1e-3);
+  }
+}
+
+/// How far a rod laid across the slope of an inclined plane slides in 0.5 s.
+double slideDown(double slope_angle, double friction) {
+  Scenario s = rodScenario(5e7, 10);
+  s.environment.friction = friction;
+  s.environment.gravity = 9.81 * Vector3(0, std::sin(slope_angle), -std::cos(slope_angle));
+  s.simulation.drag = 0;
+  s.simulation.contact_distance = 0.001;
+  const Obstacles o = obstaclesOf({block({-3, -3, -1}, {3, 3, 0})});
+  const RodModel model(s, o);
+  RodState state = RodState::atRest(straight({Quaternion::Identity(), {-0.5, 0, 0.0107}}, 1, 10));
+  RodWorkspace workspace;
+  for (int k = 0; k < 25; ++k) step(model, {}, state, workspace);  // let it settle
+  const double from = state.nodes[5].position.y();
+  for (Vector6& v : state.velocities) v.setZero();
+  for (int k = 0; k < 25; ++k) step(model, {}, state, workspace);
+  return state.nodes[5].position.y() - from;
+}
+
+TEST(Contact, RodSticksBelowTheFrictionAngleAndSlidesAboveItByCoulombsLaw) {
+  EXPECT_LT(slideDown(std::atan(0.3) - 0.05, 0.3), 0.01);
+  const double angle = 0.6, mu = 0.3, time = 0.5;
+  const double expected = 0.5 * 9.81 * (std::sin(angle) - mu * std::cos(angle)) * time * time;
+  EXPECT_NEAR(slideDown(angle, mu), expected, 0.1 * expected);
+}
+
+TEST(Contact, RodIsPulledThroughATubeOfElevenTenthsOfItsRadius) {
+  Scenario s = rodScenario(5e7, 20);
+  s.simulation.contact_distance = 0.1 * s.rod.radius;
+  const Obstacles o = obstaclesOf({tube(1.1 * s.rod.radius, 0.05, 0.6, 24)});
+  const RodModel model(s, o);
+  RodState state = RodState::atRest(straight({Quaternion::Identity(), {-1, 0, 0}}, 1, 20));
+  RodWorkspace workspace;
+  Control pull;
+  pull.held = {false, true};
+  pull.moving = End::last;
+  pull.target.position = {1.65, 0, 0};
+  ControlRunner runner(model, pull, state);
+  for (int k = 0; k < 130; ++k) runner.advance(state, workspace);
+  EXPECT_GT(state.nodes.front().position.x(), 0.6);
+}
+
+}  // namespace
+}  // namespace tendril

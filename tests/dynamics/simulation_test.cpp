@@ -1,0 +1,110 @@
+/// Properties of stepping as a whole: settling onto the statics, determinism, allocation.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <new>
+
+#include "dynamics/scenes.h"
+#include "tendril/statics.h"
+
+namespace {
+std::size_t allocations = 0;  // counted by the replaced operator new below
+}
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* p = std::malloc(size == 0 ? 1 : size)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+
+namespace tendril {
+namespace {
+
+using namespace scenes;
+
+TEST(Simulation, SettlesOntoTheStaticShapeForTheSameGrippers) {
+  // Section 2.3: both models share c, so the dynamic rod held at a static equilibrium's ends stays at that equilibrium.
+  const Obstacles o = nothing();
+  Random random(5);
+  for (const auto& [elements, tolerance] : {std::pair(20, 4e-3), std::pair(40, 1e-3)}) {
+    Scenario s = rodScenario(5e7, elements);
+    s.simulation.inertia = false;
+    s.simulation.drag = 0.5;
+    s.simulation.time_step = 0.1;
+    s.grippers.max_force *= 100, s.grippers.max_torque *= 1000;
+    const RodModel model(s, o);
+    EquilibriumIntegrator integrator(s.rod);
+    for (int trial = 0; trial < 10; ++trial) {
+      const Equilibrium rod = sampleStable(integrator, s.rod, {.moment = 4, .force = 20}, random);
+      RodState state = RodState::atRest(rod.nodes);
+      RodWorkspace workspace;
+      Control hold;
+      hold.held = {true, true};
+      ControlRunner runner(model, hold, state);
+      for (int k = 0; k < 200; ++k) runner.advance(state, workspace);
+      EXPECT_LT(maxNodeDistance(state.nodes, rod.nodes), tolerance) << elements << " elements, trial " << trial;
+    }
+  }
+}
+
+Scenario pushScenario() {
+  Scenario s = rodScenario(5e7, 20);
+  s.environment.friction = 0.2;
+  return s;
+}
+
+TEST(Simulation, SameControlsGiveTheSameBytesWhateverTheWorkspaceDidBefore) {
+  const Scenario s = pushScenario();
+  const Obstacles o = obstaclesOf({block({-0.3, -0.3, -0.5}, {0.3, 0.3, -0.015})});
+  const RodModel model(s, o);
+  const RodShape start = straight({Quaternion::Identity(), {-0.5, 0, 0}}, 1, 20);
+  Control push;
+  push.end_s = 0.6, push.held = {true, true}, push.moving = End::last, push.target.position = {0.2, 0.3, -0.2};
+  const std::vector<Control> controls = {push};
+  const SimulationResult a = simulate(model, start, controls), b = simulate(model, start, controls);
+  ASSERT_EQ(a.trajectory.shapes.size(), b.trajectory.shapes.size());
+  EXPECT_EQ(a.trajectory.time_s, b.trajectory.time_s);
+  EXPECT_EQ(a.steps, 30);
+  EXPECT_DOUBLE_EQ(a.trajectory.time_s.back(), 0.6);
+  for (std::size_t k = 0; k < a.trajectory.shapes.size(); ++k)
+    EXPECT_EQ(maxNodeDistance(a.trajectory.shapes[k], b.trajectory.shapes[k]), 0);
+
+  // The planner's way: stepping without recording, in a workspace that has served another rod.
+  RodWorkspace used;
+  RodState other = RodState::atRest(straight({Quaternion::Identity(), {-0.5, 0, 0.1}}, 1, 20));
+  for (int k = 0; k < 5; ++k) step(model, {}, other, used);
+  RodState state = RodState::atRest(start);
+  ControlRunner runner(model, push, state);
+  for (int k = 0; k < 30; ++k) runner.advance(state, used);
+  EXPECT_EQ(maxNodeDistance(state.nodes, a.trajectory.shapes.back()), 0);
+}
+
+TEST(Simulation, StepAllocatesNothingAfterTheFirstInContact) {
+  const Scenario s = pushScenario();
+  const Obstacles o = obstaclesOf({block({-0.3, -0.3, -0.5}, {0.3, 0.3, -0.015})});
+  const RodModel model(s, o);
+  RodState state = RodState::atRest(straight({Quaternion::Identity(), {-0.5, 0, 0}}, 1, 20));
+  RodWorkspace workspace;
+  std::array<GripperGoal, 2> goals;
+  goals[0] = {true, {Quaternion::Identity(), {-0.45, 0, -0.02}}};
+  goals[1] = {true, {Quaternion::Identity(), {0.45, 0, -0.02}}};
+  for (int k = 0; k < 10; ++k) step(model, goals, state, workspace);
+  const std::size_t before = allocations;
+  int contacts = 0;
+  for (int k = 0; k < 100; ++k) contacts += step(model, goals, state, workspace).contacts;
+  EXPECT_EQ(allocations, before);
+  EXPECT_GT(contacts, 100);
+}
+
+TEST(Simulation, ControlThatIsNoWholeNumberOfStepsIsRefused) {
+  Control control;
+  control.end_s = 0.05;
+  EXPECT_THROW((void)stepCount(control, 0.02), InputError);
+  control.end_s = 0.06;
+  EXPECT_EQ(stepCount(control, 0.02), 3);
+}
+
+}  // namespace
+}  // namespace tendril
