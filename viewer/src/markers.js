@@ -11,6 +11,7 @@ export class Gripper extends THREE.Group {
     super();
     this.material = new THREE.MeshStandardMaterial({
       roughness: 0.5, transparent: true, opacity: ghost ? 0.35 : 1, emissiveIntensity: 0.25, depthWrite: !ghost,
+      polygonOffset: ghost, polygonOffsetFactor: 2, polygonOffsetUnits: 8, // the gripper itself wins where both lie
     });
     const r = radius;
     this.collar = new THREE.Mesh(new THREE.TorusGeometry(1.55 * r, 0.22 * r, 12, 40), this.material);

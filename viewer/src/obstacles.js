@@ -158,8 +158,8 @@ export class Obstacles extends THREE.Group {
     this.material.opacity = opacity;
     if (this.material.transparent !== through) this.material.needsUpdate = true;
     this.material.transparent = through;
-    this.material.depthWrite = !through;
-    this.rim.value = through ? 1 : 0;
+    this.material.depthWrite = opacity > 0.85; // nearly solid: what is in front hides
+    this.rim.value = Math.min(1, (1 - opacity) / 0.25);
     this.edgeMaterial.color.set(through ? 0xb9c6d6 : 0x0c0e11);
     this.edgeMaterial.opacity = through ? 0.04 + 0.26 * opacity : 0.5;
     this.visible = opacity > 0;

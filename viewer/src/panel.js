@@ -5,6 +5,8 @@ import { DEFAULT_VIEW, viewNamed } from './options.js';
 
 const $ = (id) => document.getElementById(id);
 
+const NARROW = 900; // px: below this the panels may lie over the picture and start folded
+
 const STATUS = {
   solved: ['Solved', 'solved', ''],
   simulated: ['Simulated', '', 'A simulation of given controls, not a plan.'],
@@ -74,6 +76,7 @@ export class Panel {
     $('scrub').min = motion.start;
     $('scrub').max = motion.end;
     for (const id of ['play', 'scrub', 'speed', 'loop']) $(id).disabled = motion.duration <= 0;
+    document.querySelector('#display > details').open = window.innerWidth >= NARROW;
     document.body.classList.toggle('bare', options.still);
     $('opacity').value = options.opacity ?? 0.5;
     $('onion').value = options.onion;
@@ -99,7 +102,7 @@ export class Panel {
 
   /** What the panels cover at the left, right, top and bottom, px; on a narrow screen they may lie over the picture. */
   margins() {
-    if (document.body.classList.contains('bare') || window.innerWidth < 900) return [0, 0, 0, 0];
+    if (document.body.classList.contains('bare') || window.innerWidth < NARROW) return [0, 0, 0, 0];
     const box = (id) => $(id).getBoundingClientRect();
     return [box('summary').right, window.innerWidth - box('display').left, 0, window.innerHeight - box('transport').top];
   }

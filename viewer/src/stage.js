@@ -110,7 +110,7 @@ export class Stage {
     }
     const middle = (near + far) / 2;
     const nearest = Math.max(...axes.map((axis, k) => (high[k] + low[k]) / (axis.high + axis.low)));
-    const eye = middle + (nearest - middle) * 1.06;
+    const eye = middle + (nearest - middle) * 1.1;
     const aim = back.clone().multiplyScalar(middle);
     axes.forEach((side, k) => aim.addScaledVector(side.axis, (high[k] - low[k] + eye * (side.low - side.high)) / 2));
     controls.target.copy(aim);

@@ -21,7 +21,7 @@ after(async () => {
 async function open(data, hash = '') {
   const file = join(folder, `${Math.random().toString(36).slice(2)}.html`);
   writePage(data, file);
-  const tab = await browser.newPage({ viewport: { width: 800, height: 500 } });
+  const tab = await browser.newPage({ viewport: { width: 920, height: 520 } });
   tab.setDefaultTimeout(120000); // software rendering on a busy machine
   const problems = [];
   tab.on('console', (message) => { if (message.type() === 'error') problems.push(message.text()); });
