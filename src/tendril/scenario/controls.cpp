@@ -65,9 +65,9 @@ std::vector<Control> readControls(const std::filesystem::path& file, const Gripp
 }
 
 std::vector<Control> controlsFromJson(const nlohmann::json& list, const std::string& where) {
+  const Value root = Value::fromJson(list, where);
   std::vector<Control> controls;
-  for (const Value& value : Value::fromJson(list, where).list(kListRule))
-    controls.push_back(readControl(value));
+  for (const Value& value : root.list(kListRule)) controls.push_back(readControl(value));
   return controls;
 }
 

@@ -27,6 +27,7 @@ class Value {
 
   [[nodiscard]] Kind kind() const { return kind_; }
   [[nodiscard]] const std::string& path() const { return path_; }
+  [[nodiscard]] const std::string& scalar() const { return scalar_; }  // as written, without quotes
 
   /// Throws InputError with the place in front of `what`.
   [[noreturn]] void fail(std::string_view what) const;
@@ -80,6 +81,9 @@ class Value {
   std::vector<std::string> keys_;  // of a mapping, as written
   std::vector<Value> items_;       // of a list or a mapping
 };
+
+/// "file:line", or "file" if the line is unknown (0).
+[[nodiscard]] std::string placeInFile(const std::string& source, int line);
 
 [[nodiscard]] inline bool isPositive(double x) { return x > 0; }
 [[nodiscard]] inline bool isNotNegative(double x) { return x >= 0; }
