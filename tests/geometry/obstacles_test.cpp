@@ -250,16 +250,17 @@ TEST(Edges, BoundaryAndThreefoldEdgesAreFeaturesWithoutAWedge) {
 TEST(Edges, AnEdgeIsNearestOnlyWhereItsWedgePointsAway) {
   Random random(25);
   int nearest_is_edge = 0;
-  for (int i = 0; i < 20000; ++i) {
-    const double angle = random.uniform(-3, 3);
-    const Obstacles obstacles = hinge(angle);
+  for (int i = 0; i < 200; ++i) {
+    const Obstacles obstacles = hinge(random.uniform(-3, 3));
     const auto v = obstacles.vertices();
-    const Vector3 p(random.uniform(-0.3, 0.3), random.uniform(0.2, 0.8), random.uniform(-0.3, 0.3));
-    const PointTriangle first = closestPointOnTriangle(p, v[0], v[1], v[2]);
-    const PointTriangle second = closestPointOnTriangle(p, v[0], v[1], v[3]);
-    if (first.feature != Feature::edge01 || second.feature != Feature::edge01) continue;
-    ++nearest_is_edge;
-    EXPECT_LE(hingeEdge(obstacles).wedge.dot(p - first.closest), 1e-15);
+    for (int k = 0; k < 100; ++k) {
+      const Vector3 p(random.uniform(-0.3, 0.3), random.uniform(0.2, 0.8), random.uniform(-0.3, 0.3));
+      const PointTriangle first = closestPointOnTriangle(p, v[0], v[1], v[2]);
+      const PointTriangle second = closestPointOnTriangle(p, v[0], v[1], v[3]);
+      if (first.feature != Feature::edge01 || second.feature != Feature::edge01) continue;
+      ++nearest_is_edge;
+      EXPECT_LE(hingeEdge(obstacles).wedge.dot(p - first.closest), 1e-15);
+    }
   }
   EXPECT_GT(nearest_is_edge, 1000);
 }
@@ -283,7 +284,8 @@ TEST(Edges, FacesWithoutAreaAndRepeatedVerticesAreNoTrouble) {
   TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0}};
   mesh.faces = {{0, 1, 2}, {0, 1, 3}, {3, 3, 0}, {1, 1, 1}};
-  for (const MeshEdge& edge : of(mesh).edges()) EXPECT_TRUE(edge.wedge.allFinite());
+  const Obstacles obstacles = of(mesh);
+  for (const MeshEdge& edge : obstacles.edges()) EXPECT_TRUE(edge.wedge.allFinite());
 }
 
 // ---------------------------------------------------------------------------------------------- clearance

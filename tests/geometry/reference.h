@@ -1,5 +1,5 @@
-/// Slow distances in long double, by nested ternary search over convex functions: nothing in common with the
-/// code under test but the definition.
+/// Slow distances in long double, by nested golden-section search over convex functions: nothing in common
+/// with the code under test but the definition.
 #pragma once
 
 #include <algorithm>
@@ -15,18 +15,21 @@ using V = Eigen::Matrix<Real, 3, 1>;
 
 inline V wide(const Vector3& v) { return v.cast<Real>(); }
 
-/// The least value of a convex function on [0, 1].
+/// The least value of a convex function on [0, 1], by golden sections down to 1e-19.
 template <class Function>
 Real leastValue(const Function& f) {
-  Real low = 0, high = 1;
-  for (int i = 0; i < 110; ++i) {
-    const Real third = (high - low) / 3, left = low + third, right = high - third;
-    if (f(left) < f(right))
-      high = right;
-    else
-      low = left;
+  static const Real kGolden = (std::sqrt(Real(5)) - 1) / 2;
+  Real low = 0, high = 1, left = 1 - kGolden, right = kGolden, at_left = f(left), at_right = f(right);
+  for (int i = 0; i < 90; ++i) {
+    if (at_left < at_right) {
+      high = right, right = left, at_right = at_left;
+      left = high - kGolden * (high - low), at_left = f(left);
+    } else {
+      low = left, left = right, at_left = at_right;
+      right = low + kGolden * (high - low), at_right = f(right);
+    }
   }
-  return std::min({f(low), f(high), f(Real(0)), f(Real(1))});
+  return std::min({at_left, at_right, f(Real(0)), f(Real(1))});
 }
 
 /// Squared distance of p to the segment from a to b: a quadratic in one variable.
