@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -30,7 +32,8 @@ class Controls : public testing::Test {
   }
   void TearDown() override { std::filesystem::remove(file_); }
 
-  std::filesystem::path file_ = std::filesystem::temp_directory_path() / "tendril_controls_test.json";
+  std::filesystem::path file_ = std::filesystem::temp_directory_path() /
+                                ("tendril_controls_test." + std::to_string(::getpid()) + ".json");
   GripperLimits limits_{.grasps = {Grasp::both, Grasp::first}};
 };
 

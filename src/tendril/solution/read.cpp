@@ -175,12 +175,13 @@ class SolutionReader {
   }
 
   [[nodiscard]] std::array<bool, 2> readHeld(const Json& value, std::size_t k) const {
-    const auto path = [&] { return fmt::format("trajectory.held[{}]", k); };
+    const Json::array_t& ends = list(value, fmt::format("trajectory.held[{}]", k));
     std::array<bool, 2> held = {false, false};
-    for (const Json& end : list(value, path())) {
-      const bool is_first = end == "first", is_last = end == "last";
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+      const bool is_first = ends[i] == "first", is_last = ends[i] == "last";
       if ((!is_first && !is_last) || held[is_first ? 0 : 1])
-        refuse(path() + "[]", end, "it must be first or last, each at most once.");
+        refuse(fmt::format("trajectory.held[{}][{}]", k, i), ends[i],
+               "it must be first or last, each at most once.");
       held[is_first ? 0 : 1] = true;
     }
     return held;
