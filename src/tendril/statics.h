@@ -66,8 +66,9 @@ struct SamplingBox {
 [[nodiscard]] Equilibrium sampleStable(EquilibriumIntegrator& integrator, const RodProperties& rod,
                                        const SamplingBox& box, Random& random);
 
-/// All distinct stable equilibria found between two end frames, by ascending energy: damped Newton on a with J(1),
-/// continued along the geodesic from the nearest rods of a library. Empty if none is found. Deterministic.
+/// All distinct stable equilibria found between two end frames, by ascending energy: Newton on a with J(1), continued
+/// along the geodesic through stable rods from the 20 nearest of a library of 2000 (built on the first call for a
+/// stiffness, 0.2 s, and kept). Empty if none is found. Deterministic and thread-safe; about 10 ms.
 [[nodiscard]] std::vector<Equilibrium> fitEnds(const RodProperties& rod, const GripperPoses& ends);
 
 /// Every stable equilibrium for a placement, by ascending energy: one or none for a pose and wrench.

@@ -11,7 +11,7 @@ namespace {
 
 /// The largest curvature [rad over the rod] eight steps are trusted with: position errors then stay below
 /// 1e-6 L.
-constexpr double kCurvaturePerSegments = 9;
+constexpr double kCurvaturePerEightSteps = 9;
 constexpr double kLargestCurvature = 1e4;
 
 /// Scales the quaternion back to unit length (its drift is of the integrator's order).
@@ -197,20 +197,22 @@ double Chart::stretchRate(const PathState& y) const {
   return compliance_n.x() * (mu[4] * compliance_m.z() * mu[2] - mu[5] * compliance_m.y() * mu[1]);
 }
 
-int stepCount(const Vector6& c, const Vector6& a) {
-  // Conservation of H = sum mu_i^2 / 2c_i + mu_4 and of |n| bounds sum m_i^2 / c_i, hence |kappa|, along the
-  // whole rod.
+double curvatureBound(const Vector6& c, const Vector6& a) {
   const double energy2 = a.head<3>().cwiseAbs2().cwiseQuotient(c.head<3>()).sum() +
-                         2 * (a[3] + a.tail<3>().norm()) +
-                         a.tail<3>().cwiseAbs2().cwiseQuotient(c.tail<3>()).sum();
-  const double curvature = std::sqrt(energy2 / c.head<3>().minCoeff());
+                         a.tail<3>().cwiseAbs2().cwiseQuotient(c.tail<3>()).sum() +
+                         2 * (a[3] + a.tail<3>().norm());
+  return std::sqrt(energy2 / c.head<3>().minCoeff());
+}
+
+int stepCount(const Vector6& c, const Vector6& a) {
+  const double curvature = curvatureBound(c, a);
   if (!std::isfinite(curvature))
     throw InputError("the wrench is not finite; give six finite numbers (N m, N)");
   if (curvature > kLargestCurvature)
     throw InputError("the wrench may bend or twist the rod by " + std::to_string(curvature) +
                      " rad over its length, more than the " + std::to_string(kLargestCurvature) +
                      " that can be integrated; give a smaller wrench");
-  return 8 * std::max(2, static_cast<int>(std::ceil(curvature / kCurvaturePerSegments)));
+  return 8 * std::max(2, static_cast<int>(std::ceil(curvature / kCurvaturePerEightSteps)));
 }
 
 }  // namespace tendril::statics

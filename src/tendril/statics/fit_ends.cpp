@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <mutex>
-#include <numeric>
 
 #include "tendril/statics.h"
 #include "tendril/statics/chart.h"
@@ -13,13 +13,15 @@ namespace {
 
 constexpr std::size_t kLibrarySize = 2000;
 constexpr std::uint64_t kLibrarySeed = 2014;
-constexpr std::size_t kStarts = 20;         // library rods tried
-constexpr int kFruitlessStarts = 6;         // in a row, after a first success, before the search ends
-constexpr double kRotationWeight = 0.3;     // L per rad, in "nearest"
-constexpr double kTolerance = 1e-11;        // of the end pose, L and rad
-constexpr double kLooseTolerance = 1e-3;    // of the poses on the way
-constexpr double kSmallestStep = 1.0 / 64;  // of the geodesic
-constexpr double kSameWrench = 1e-6;        // relative: one solution, not two
+constexpr std::size_t kStarts = 20;       // library rods tried
+constexpr double kRotationWeight = 0.15;  // L per rad, in "nearest"
+constexpr double kTolerance = 1e-11;      // of the end pose, L and rad
+constexpr double kLooseTolerance = 1e-2;  // of the poses on the way
+constexpr double kFirstStep = 0.3;        // of the geodesic; doubled after a success, halved after a failure
+constexpr double kSmallestStep = 1.0 / 64;
+constexpr double kLargestCurvature =
+    200;  // of a Newton iterate, as a bound, rad over the rod: further out is astray
+constexpr double kSameWrench = 1e-6;  // relative: one solution, not two
 
 /// A stable rod and where it ends, in the rod's units, from a first node at the origin.
 struct LibraryRod {
@@ -96,44 +98,41 @@ std::vector<std::size_t> nearest(const Library& library, const Pose& target) {
   return out;
 }
 
-/// Damped Newton on a until the end stands at `target` within `tolerance`; false, and `a` undefined, if it
-/// does not get there.
-bool solveForEnd(EquilibriumIntegrator& integrator, const Pose& target, double tolerance, Vector6& a) {
-  constexpr int kIterations = 12;
-  Pose end;
-  Matrix6 jacobian;
-  if (integrator.endPose(a, end, jacobian) == ChartStatus::inverted) return false;
-  Vector6 miss = logSE3(end.inverse() * target);
+/// Newton on a until the end stands at `target` within `tolerance`; false, and `a` undefined, if it does not
+/// get there with every iteration taking off a quarter of the miss: then a nearer target is wanted, not more
+/// iterations.
+bool solveForEnd(EquilibriumIntegrator& integrator, const Vector6& c, const Pose& target, double tolerance,
+                 Vector6& a) {
+  constexpr int kIterations = 6;
+  double previous = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kIterations; ++i) {
+    Pose end;
+    Matrix6 jacobian;
+    if (!(curvatureBound(c, a) <= kLargestCurvature) ||
+        integrator.endPose(a, end, jacobian) == ChartStatus::inverted)
+      return false;
+    const Vector6 miss = logSE3(end.inverse() * target);
     if (miss.norm() <= tolerance) return true;
+    if (!(miss.norm() < 0.75 * previous)) return false;
+    previous = miss.norm();
     // The body twist J da moves the end along the geodesic that `miss` is the rest of.
-    const Vector6 step = jacobian.partialPivLu().solve(miss);
-    double part = 1;
-    for (;; part *= 0.5) {
-      if (part < 0.1) return false;
-      const Vector6 trial = a + part * step;
-      if (trial.norm() > 1e3 || integrator.endPose(trial, end, jacobian) == ChartStatus::inverted) continue;
-      const Vector6 trial_miss = logSE3(end.inverse() * target);
-      if (!(trial_miss.norm() < (1 - 0.25 * part) * miss.norm())) continue;
-      a = trial, miss = trial_miss;
-      break;
-    }
+    a += jacobian.partialPivLu().solve(miss);
   }
-  return miss.norm() <= tolerance;
+  return false;
 }
 
 /// Leads a library rod's end to `target` along the geodesic between them through stable rods only.
-bool followGeodesic(EquilibriumIntegrator& integrator, const LibraryRod& from, const Pose& target,
-                    Vector6& a) {
+bool followGeodesic(EquilibriumIntegrator& integrator, const Vector6& c, const LibraryRod& from,
+                    const Pose& target, Vector6& a) {
   const Vector6 way = logSE3(from.end.inverse() * target);
   a = from.a;
-  double at = 0, step = 1;
+  double at = 0, step = kFirstStep;
   while (at < 1) {
     const double next = std::min(1.0, at + step);
     const bool arrives = next == 1;
     const Pose goal = arrives ? target : from.end * expSE3(next * way);
     Vector6 trial = a;
-    if (solveForEnd(integrator, goal, arrives ? kTolerance : kLooseTolerance, trial) &&
+    if (solveForEnd(integrator, c, goal, arrives ? kTolerance : kLooseTolerance, trial) &&
         integrator.isStable(trial)) {
       a = trial, at = next, step *= 2;
     } else {
@@ -158,16 +157,13 @@ std::vector<Equilibrium> fitEnds(const RodProperties& rod, const GripperPoses& e
   target.position /= units.length;
 
   std::vector<Vector6> found;
-  int fruitless = 0;
   for (const std::size_t start : nearest(*library, target)) {
     Vector6 a;
-    const bool arrived = followGeodesic(natural, (*library)[start], target, a);
-    const bool fresh = arrived && std::none_of(found.begin(), found.end(), [&](const Vector6& b) {
-                         return (a - b).norm() <= kSameWrench * (1 + b.norm());
-                       });
-    if (fresh) found.push_back(a);
-    fruitless = fresh ? 0 : fruitless + 1;
-    if (!found.empty() && fruitless >= kFruitlessStarts) break;
+    if (!followGeodesic(natural, c, (*library)[start], target, a)) continue;
+    const bool known = std::any_of(found.begin(), found.end(), [&](const Vector6& b) {
+      return (a - b).norm() <= kSameWrench * (1 + b.norm());
+    });
+    if (!known) found.push_back(a);
   }
 
   std::vector<Equilibrium> out;
