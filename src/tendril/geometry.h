@@ -1,10 +1,13 @@
 /// tendril/geometry.h: meshes, distances with their normals, the broad phase, continuous collision detection.
 ///
-/// All distances are double precision. Embree builds the tree (single precision, boxes rounded outward) and nothing
-/// else: what it returns are candidates.
+/// All distances are double precision. Embree builds the tree (single precision, boxes rounded outward) and
+/// nothing else: what it returns are candidates.
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -17,14 +20,15 @@ namespace tendril {
 struct TriangleMesh {
   std::vector<Vector3> vertices;
   std::vector<std::array<int, 3>> faces;
-  int welded_vertices = 0;    // identical vertices merged on loading
-  int dropped_faces = 0;      // faces without area dropped on loading
+  int welded_vertices = 0;  // identical vertices merged on loading
+  int dropped_faces = 0;    // faces without area dropped on loading
 };
 
-/// Loads whatever Assimp reads (node transforms applied, triangulated), maps each vertex v to R (scale v) + t in double,
-/// welds identical vertices and drops faces without area (or with a repeated vertex). Throws InputError naming the
-/// file: missing, unreadable, no faces, a non-finite vertex.
-[[nodiscard]] TriangleMesh loadMesh(const std::filesystem::path& file, double scale = 1.0, const Pose& pose = {});
+/// Loads whatever Assimp reads (node transforms applied, triangulated), maps each vertex v to R (scale v) + t
+/// in double, welds identical vertices and drops faces without area (or with a repeated vertex). Throws
+/// InputError naming the file: missing, unreadable, no faces, a non-finite vertex.
+[[nodiscard]] TriangleMesh loadMesh(const std::filesystem::path& file, double scale = 1.0,
+                                    const Pose& pose = {});
 
 // ---------------------------------------------------------------------------------------------- distances
 
@@ -32,11 +36,12 @@ struct TriangleMesh {
 enum class Feature : std::uint8_t { vertex0, vertex1, vertex2, edge01, edge12, edge20, face };
 
 struct PointTriangle {
-  double distance;           // m, >= 0
-  Vector3 closest;           // on the triangle
+  double distance;  // m, >= 0
+  Vector3 closest;  // on the triangle
   Feature feature;
 };
-/// Closest point of triangle abc to p (Ericson 2005, 5.1.5), in every Voronoi region, degenerate triangles included.
+/// Closest point of triangle abc to p (Ericson 2005, 5.1.5), in every Voronoi region, degenerate triangles
+/// included.
 [[nodiscard]] PointTriangle closestPointOnTriangle(const Vector3& p, const Vector3& a, const Vector3& b,
                                                    const Vector3& c);
 
@@ -55,14 +60,16 @@ struct SegmentSegment {
                                                      const Vector3& q1);
 
 struct SegmentTriangle {
-  double distance;        // m; 0 where they intersect
-  double s;               // parameter on the segment
-  Vector3 on_triangle;    // the triangle's closest point
+  double distance;      // m; 0 where they intersect
+  double s;             // parameter on the segment
+  Vector3 on_triangle;  // the triangle's closest point
 };
 [[nodiscard]] SegmentTriangle closestPointsOfSegmentAndTriangle(const Vector3& p0, const Vector3& p1,
-                                                                const Vector3& a, const Vector3& b, const Vector3& c);
+                                                                const Vector3& a, const Vector3& b,
+                                                                const Vector3& c);
 
-// ---------------------------------------------------------------------------------------------- the obstacles
+// ---------------------------------------------------------------------------------------------- the
+// obstacles
 
 /// An axis-aligned box [m].
 struct Aabb {
@@ -74,15 +81,17 @@ struct Aabb {
 
 /// An edge of the obstacles, with what decides whether a rod can touch it (see `wedge`).
 struct MeshEdge {
-  int a, b;        // vertices
-  /// For an edge of exactly two faces: the sum of the two unit in-face directions that point away from the edge; zero
-  /// where the faces are coplanar. A rod on the side wedge . n > 0 (n from edge to rod) sits in a valley, where faces
-  /// are nearer than the edge. No orientation of the mesh is needed. For every other edge: zero, and `flat` is false.
+  int a, b;  // vertices
+  /// For an edge of exactly two faces: the sum of the two unit in-face directions that point away from the
+  /// edge; zero where the faces are coplanar. A rod on the side wedge . n > 0 (n from edge to rod) sits in a
+  /// valley, where faces are nearer than the edge. No orientation of the mesh is needed. For every other
+  /// edge: zero, and `flat` is false.
   Vector3 wedge;
-  bool flat;       // two coplanar faces on opposite sides: the edge is no feature at all
+  bool flat;  // two coplanar faces on opposite sides: the edge is no feature at all
 };
 
-/// All obstacles of a scenario: one soup with its edges and its broad phase. Immutable; safe to share among threads.
+/// All obstacles of a scenario: one soup with its edges and its broad phase. Immutable; safe to share among
+/// threads.
 class Obstacles {
  public:
   /// Throws InputError if a mesh has no faces or a vertex index is out of range.
@@ -93,25 +102,27 @@ class Obstacles {
 
   struct Face {
     std::array<int, 3> vertices;
-    std::array<int, 3> edges;   // edge k joins vertices k and k+1 (mod 3): edge01, edge12, edge20
-    int mesh;                   // which mesh it came from
-    int face_in_mesh;           // its number there
+    std::array<int, 3> edges;  // edge k joins vertices k and k+1 (mod 3): edge01, edge12, edge20
+    int mesh;                  // which mesh it came from
+    int face_in_mesh;          // its number there
   };
   [[nodiscard]] std::span<const Vector3> vertices() const;
   [[nodiscard]] std::span<const Face> faces() const;
   [[nodiscard]] std::span<const MeshEdge> edges() const;
 
-  /// Appends to `out` every face whose bounding box meets `box`, ascending, each once. No false negatives: the
-  /// single-precision tree is inflated by its rounding. Allocates only when `out` must grow. Thread-safe.
+  /// Appends to `out` every face whose bounding box meets `box`, ascending, each once. No false negatives:
+  /// the single-precision tree is inflated by its rounding. Allocates only when `out` must grow. Thread-safe.
   void facesNear(const Aabb& box, std::vector<int>& out) const;
 
   struct Clearance {
     double distance = std::numeric_limits<double>::infinity();  // m, centreline to mesh
-    int segment = -1;   // index of the polyline segment
+    int segment = -1;                                           // index of the polyline segment
     int face = -1;
     Vector3 on_rod = Vector3::Zero(), on_mesh = Vector3::Zero();
   };
-  /// The smallest distance of a polyline to the obstacles if below `limit` (else distance is infinite).
+  /// The smallest distance of a polyline (at least two points) to the obstacles if below `limit` [m], which
+  /// may be infinite; else distance is infinite and face -1. Of equals the first segment, then the first
+  /// face.
   [[nodiscard]] Clearance clearance(std::span<const Vector3> polyline, double limit) const;
 
  private:
@@ -119,16 +130,20 @@ class Obstacles {
   std::unique_ptr<const Data> data_;
 };
 
-// ---------------------------------------------------------------------------------------------- continuous detection
+// ---------------------------------------------------------------------------------------------- continuous
+// detection
 
-/// The largest t in [0, 1] such that while a point moves from p to p + t d its distance to triangle abc stays
-/// >= radius + keep * (its initial gap), gap = distance - radius. Conservative advancement with the separating plane at
-/// the closest points. 1 when free all the way; 0 when the initial gap is not positive.
-[[nodiscard]] double freeMotionPointTriangle(const Vector3& p, const Vector3& d, const Vector3& a, const Vector3& b,
-                                             const Vector3& c, double radius, double keep);
+/// A t in [0, 1], proven and nearly the largest, such that while a point moves from p to p + t d its distance
+/// to triangle abc stays >= radius + keep * (its initial gap), gap = distance - radius. Conservative
+/// advancement with the separating plane at the closest points; rounding is allowed for. 1 when free all the
+/// way; 0 when the initial gap is not positive. keep in [0, 1); radius > 0 (a gap must be larger than the
+/// rounding of the coordinates to count).
+[[nodiscard]] double freeMotionPointTriangle(const Vector3& p, const Vector3& d, const Vector3& a,
+                                             const Vector3& b, const Vector3& c, double radius, double keep);
 /// The same for a segment whose ends move by d0, d1, against the fixed edge ab.
-[[nodiscard]] double freeMotionSegmentEdge(const Vector3& p0, const Vector3& p1, const Vector3& d0, const Vector3& d1,
-                                           const Vector3& a, const Vector3& b, double radius, double keep);
+[[nodiscard]] double freeMotionSegmentEdge(const Vector3& p0, const Vector3& p1, const Vector3& d0,
+                                           const Vector3& d1, const Vector3& a, const Vector3& b,
+                                           double radius, double keep);
 /// The same for a segment whose ends move by d0, d1, against a fixed triangle.
 [[nodiscard]] double freeMotionSegmentTriangle(const Vector3& p0, const Vector3& p1, const Vector3& d0,
                                                const Vector3& d1, const Vector3& a, const Vector3& b,
@@ -136,6 +151,7 @@ class Obstacles {
 /// The same for two moving segments (self-contact).
 [[nodiscard]] double freeMotionSegmentSegment(const Vector3& p0, const Vector3& p1, const Vector3& dp0,
                                               const Vector3& dp1, const Vector3& q0, const Vector3& q1,
-                                              const Vector3& dq0, const Vector3& dq1, double radius, double keep);
+                                              const Vector3& dq0, const Vector3& dq1, double radius,
+                                              double keep);
 
 }  // namespace tendril
