@@ -79,8 +79,8 @@ TEST(VerificationClearance, AgreesWithEverySegmentAgainstEveryFaceAtManyMoments)
   RodProperties rod;
   rod.elements = 8;
   int passed = 0, failed = 0;
-  for (int trial = 0; trial < 60; ++trial) {
-    const FaceTree tree(randomFaces(random, 150, 0.06));
+  for (int trial = 0; trial < 50; ++trial) {
+    const FaceTree tree(randomFaces(random, 60, 0.1));
     std::vector<RodShape> shapes;
     Vector3 base(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
     Vector3 along = random.rotation() * Vector3::UnitX();

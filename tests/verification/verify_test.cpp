@@ -442,6 +442,52 @@ TEST_F(Verification, UnderGravityAndInASimulationOnlyTheFramesTheStartGivesAreCo
   EXPECT_TRUE(verify(solution).valid()) << text(verify(solution));
 }
 
+/// A plate 0.1 m square across x, its middle at p.
+std::string plateAcrossX(const Vector3& p) {
+  const double w = 0.05;
+  return objOf({{{{p.x(), p.y() - w, p.z() - w},
+                  {p.x(), p.y() + w, p.z() - w},
+                  {p.x(), p.y() + w, p.z() + w},
+                  {p.x(), p.y() - w, p.z() + w}}}});
+}
+
+TEST_F(Verification, AStartByGripperPosesIsTheClearEquilibriumOfLeastEnergyAndMirrorImagesAreEqual) {
+  const auto waiting = [&](const GripperPoses& ends, const RodShape& shape, const std::string& obj) {
+    Solution solution = atRest(Vector3::Zero(), obj);
+    solution.scenario.start = ends;
+    solution.scenario.goal = Goal{ends, 0.01, 0.1, 0.01};
+    add(solution, shape, {true, true});
+    add(solution, shape, {true, true});
+    solution.controls = {{0, kStep, {true, true}, {}, {}}};
+    return solution;
+  };
+  const std::string far_away = plateAcrossX({-0.9, 0, 0});
+  // twisted by 2.5 rad: a bow to one side, and another of more energy to the other side
+  GripperPoses ends{{kAlongX, {0, 0, 0}}, {turn(2.5, Vector3::UnitX()), {0.9, 0.1, 0}}};
+  const auto twisted = equilibriaOf(atRest(Vector3::Zero(), far_away).scenario.rod, ends);
+  ASSERT_GE(twisted.size(), 2u);
+  const RodShape &low = twisted[0].nodes, &high = twisted[1].nodes;
+  EXPECT_EQ(failures(verify(waiting(ends, low, far_away))), "");
+  EXPECT_EQ(failures(verify(waiting(ends, high, far_away))), "start goal");
+  const std::string in_the_way = plateAcrossX(low[10].position);  // of the bow of least energy only
+  EXPECT_EQ(failures(verify(waiting(ends, high, in_the_way))), "");
+  EXPECT_EQ(failures(verify(waiting(ends, low, in_the_way))), "clearance start goal");
+
+  // without the twist the two are mirror images
+  ends.last = {kAlongX, {0.7, 0.1, 0}};
+  const auto mirrored = equilibriaOf(atRest(Vector3::Zero(), far_away).scenario.rod, ends);
+  ASSERT_GE(mirrored.size(), 2u);
+  ASSERT_GT(maxNodeDistance(mirrored[0].nodes, mirrored[1].nodes), 0.1);
+  for (std::size_t i = 0; i < 2; ++i)
+    EXPECT_EQ(failures(verify(waiting(ends, mirrored[i].nodes, far_away))), "");
+}
+
+TEST_F(Verification, AGripperPoseNoRodReachesIsSaidToHaveNoEquilibrium) {
+  Solution solution = throughTheTube();
+  solution.scenario.start = GripperPoses{{kAlongX, {0, 0, 0}}, {kAlongX, {2, 0, 0}}};
+  expectOnlyFailure(solution, "start", "it has no stable equilibrium");
+}
+
 TEST_F(Verification, AGoalThatIsMissedIsFound) {
   Solution solution = throughTheTube();
   std::get<GripperPoses>(solution.scenario.goal->placement).last.position.x() += 0.051;

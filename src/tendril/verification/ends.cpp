@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <optional>
 
 #include "tendril/statics.h"
 #include "tendril/verification/clearance.h"
@@ -13,21 +13,28 @@ namespace {
 constexpr double kStartPosition = 2e-3;  // of L
 constexpr double kStartAngle = 0.02;     // rad
 
-/// The shape a placement stands for: the stable, contact-free equilibrium of least energy. Empty, with the
-/// reason in `problem`, if there is none.
-RodShape shapeOf(const Placement& placement, const Scenario& scenario, const FaceTree& faces,
-                 std::string& problem) {
-  const std::vector<Equilibrium> equilibria = equilibriaOf(scenario.rod, placement);
-  for (const Equilibrium& equilibrium : equilibria)
-    if (isClear(equilibrium.nodes, scenario.rod, faces)) return equilibrium.nodes;
+/// The shapes a placement stands for: the stable, contact-free equilibrium of least energy, or several whose
+/// energies are equal to 1e-6 (mirror images, say). Empty, with the reason in `problem`, if there is none.
+std::vector<RodShape> shapesOf(const Placement& placement, const Scenario& scenario, const FaceTree& faces,
+                               std::string& problem) {
+  const std::vector<Equilibrium> equilibria = equilibriaOf(scenario.rod, placement);  // by ascending energy
   // A wrench leaves no choice: the shape is what it is, and whether it is clear is for the check of clearance
   // to say.
   if (std::holds_alternative<PoseAndWrench>(placement) && !equilibria.empty())
-    return equilibria.front().nodes;
-  problem = equilibria.empty()
-                ? "it has no stable equilibrium"
-                : fmt::format("none of its {} stable equilibria is clear of contact", equilibria.size());
-  return {};
+    return {equilibria.front().nodes};
+  std::vector<RodShape> shapes;
+  double least_energy = 0;
+  for (const Equilibrium& equilibrium : equilibria) {
+    if (!shapes.empty() && equilibrium.energy > least_energy * (1 + 1e-6)) break;
+    if (!isClear(equilibrium.nodes, scenario.rod, faces)) continue;
+    if (shapes.empty()) least_energy = equilibrium.energy;
+    shapes.push_back(equilibrium.nodes);
+  }
+  if (equilibria.empty())
+    problem = "it has no stable equilibrium";
+  else if (shapes.empty())
+    problem = fmt::format("none of its {} stable equilibria is clear of contact", equilibria.size());
+  return shapes;
 }
 
 /// A frame of the motion and the frame it must be near.
@@ -53,11 +60,16 @@ struct Deviation {
   }
 };
 
-Deviation shapeDeviation(const RodShape& actual, const RodShape& expected) {
-  Deviation deviation;
-  for (std::size_t i = 0; i < actual.size(); ++i)
-    deviation.include({fmt::format("node {}", i), actual[i], expected[i]});
-  return deviation;
+/// Node by node, from the nearest of `candidates`.
+Deviation shapeDeviation(const RodShape& actual, const std::vector<RodShape>& candidates) {
+  std::optional<Deviation> nearest;
+  for (const RodShape& expected : candidates) {
+    Deviation deviation;
+    for (std::size_t i = 0; i < actual.size(); ++i)
+      deviation.include({fmt::format("node {}", i), actual[i], expected[i]});
+    if (!nearest || deviation.position < nearest->position) nearest = deviation;
+  }
+  return *nearest;
 }
 
 Deviation gripperDeviation(const RodShape& actual, const GripperPoses& expected) {
@@ -83,12 +95,12 @@ Check checkStart(const Solution& solution, const FaceTree& faces) {
     deviation.include({"first node", first.front(), *scenario.start_pose});
   } else if (solution.status != PlanStatus::simulated && scenario.environment.gravity.isZero()) {
     std::string problem;
-    const RodShape shape = shapeOf(*scenario.start, scenario, faces, problem);
-    if (shape.empty()) {
+    const std::vector<RodShape> shapes = shapesOf(*scenario.start, scenario, faces, problem);
+    if (shapes.empty()) {
       check.message = "the scenario's start cannot be compared with: " + problem;
       return check;
     }
-    deviation = shapeDeviation(first, shape);
+    deviation = shapeDeviation(first, shapes);
     compared = "scenario's start";
   } else if (const auto* grippers = std::get_if<GripperPoses>(&*scenario.start)) {
     deviation = gripperDeviation(first, *grippers);
@@ -112,16 +124,16 @@ Check checkGoal(const Solution& solution, const FaceTree& faces) {
   const Goal& goal = *scenario.goal;
   const RodShape& last = solution.trajectory.shapes.back();
 
-  RodShape shape;
+  std::vector<RodShape> shapes;
   std::string problem;
   const auto* grippers = std::get_if<GripperPoses>(&goal.placement);
-  if (!grippers || goal.shape_tolerance) shape = shapeOf(goal.placement, scenario, faces, problem);
+  if (!grippers || goal.shape_tolerance) shapes = shapesOf(goal.placement, scenario, faces, problem);
   if (!problem.empty()) {
     check.message = "the scenario's goal cannot be compared with: " + problem;
     return check;
   }
   const Deviation ends =
-      gripperDeviation(last, grippers ? *grippers : GripperPoses{shape.front(), shape.back()});
+      gripperDeviation(last, grippers ? *grippers : GripperPoses{shapes[0].front(), shapes[0].back()});
   bool inside = ends.position <= goal.position_tolerance &&
                 (!goal.angle_tolerance || ends.angle <= *goal.angle_tolerance);
   std::string measured =
@@ -129,7 +141,7 @@ Check checkGoal(const Solution& solution, const FaceTree& faces) {
                   1e3 * goal.position_tolerance,
                   goal.angle_tolerance ? fmt::format(" and {} rad are", *goal.angle_tolerance) : " is");
   if (goal.shape_tolerance) {
-    const Deviation whole = shapeDeviation(last, shape);
+    const Deviation whole = shapeDeviation(last, shapes);
     inside = inside && whole.position <= *goal.shape_tolerance;
     measured += fmt::format("; its shape by at most {:.6g} mm ({}), {:.6g} mm is allowed",
                             1e3 * whole.position, whole.at_position, 1e3 * *goal.shape_tolerance);
