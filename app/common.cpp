@@ -4,7 +4,6 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <csignal>
 #include <cstring>
 
@@ -16,8 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-const Clock::time_point process_start = Clock::now();
+const std::chrono::steady_clock::time_point process_start = std::chrono::steady_clock::now();
 
 std::atomic<bool> cancelled = false;
 static_assert(std::atomic<bool>::is_always_lock_free, "the signal handler stores to it");
@@ -29,7 +27,11 @@ std::string hostName() {
 
 }  // namespace
 
-double secondsSinceStart() { return std::chrono::duration<double>(Clock::now() - process_start).count(); }
+std::chrono::steady_clock::time_point processStart() { return process_start; }
+
+double secondsSinceStart() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - process_start).count();
+}
 
 double cpuSeconds() {
   rusage usage{};

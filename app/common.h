@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <string>
 
 #include "tendril/geometry.h"
@@ -12,7 +13,8 @@
 
 namespace tendril::app {
 
-/// Wall time since the process started [s].
+/// When the process started, and the wall time since then [s].
+[[nodiscard]] std::chrono::steady_clock::time_point processStart();
 [[nodiscard]] double secondsSinceStart();
 /// Processor time of all threads since the process started [s].
 [[nodiscard]] double cpuSeconds();

@@ -19,6 +19,13 @@ struct Options {
   bool json = false;
 };
 
+/// What is wrong with a time limit; empty if nothing.
+std::string positiveSeconds(const std::string& text) {
+  double seconds = 0;
+  const bool valid = CLI::detail::lexical_cast(text, seconds) && std::isfinite(seconds) && seconds > 0;
+  return valid ? "" : text + " is not a positive number of seconds";
+}
+
 /// One line on standard error, rewritten in place; nothing at all unless that is a terminal.
 class ProgressLine {
  public:
@@ -99,7 +106,8 @@ int run(const Options& options) {
     PlanRequest request;
     request.planner = options.planner;
     request.seed = options.seed;
-    request.time_limit_s = std::max(0.0, options.time_limit_s - secondsSinceStart());
+    request.time_limit_s = options.time_limit_s;
+    request.started = processStart();
     request.threads = options.threads;
     request.cancel = &cancel;
     request.on_progress = [&](const PlanProgress& report) { progress.show(report); };
@@ -128,10 +136,11 @@ void addPlan(CLI::App& app, int& status) {
       ->type_name("DIR");
   command.add_option("--seed", options->seed, "Seed of every random choice")
       ->capture_default_str()
+      ->check(CLI::NonNegativeNumber)
       ->type_name("N");
-  command.add_option("--time-limit", options->time_limit_s, "Limit on loading and planning")
+  command.add_option("--time-limit", options->time_limit_s, "Limit on loading and planning, in seconds")
       ->capture_default_str()
-      ->check(CLI::Range(1e-3, 1e9))
+      ->check(CLI::Validator(positiveSeconds, "> 0"))
       ->type_name("S");
   command
       .add_option("--threads", options->threads, "Threads to plan with; the plan is the same for any number")

@@ -39,9 +39,10 @@ std::vector<Equilibrium> sample(const Scenario& scenario, const Obstacles& obsta
   std::vector<Equilibrium> samples;
   for (int fruitless = 0; std::ssize(samples) < count && fruitless < kFruitlessDraws; ++fruitless) {
     Equilibrium rod = sampleStable(integrator, scenario.rod, box, random);
-    rod.base.rotation = random.rotation();
-    for (int k = 0; k < 3; ++k) rod.base.position[k] = random.uniform(workspace.min[k], workspace.max[k]);
-    for (Pose& node : rod.nodes) node = rod.base * node;
+    Pose base{.rotation = random.rotation()};
+    for (int k = 0; k < 3; ++k) base.position[k] = random.uniform(workspace.min[k], workspace.max[k]);
+    for (Pose& node : rod.nodes) node = base * node;
+    rod.base = rod.nodes.front();
     if (!fits(rod.nodes, scenario, obstacles)) continue;
     samples.push_back(std::move(rod));
     fruitless = -1;
@@ -82,6 +83,7 @@ void addSample(CLI::App& app, int& status) {
       ->type_name("K");
   command.add_option("--seed", options->seed, "Seed of every random choice")
       ->capture_default_str()
+      ->check(CLI::NonNegativeNumber)
       ->type_name("N");
   command.add_flag("--nodes", options->nodes, "With --json: every node's frame too");
   command.add_flag("--json", options->json, "Print one JSON object");

@@ -23,7 +23,7 @@ class Case(unittest.TestCase):
 
     def tendril(self, *arguments, expect=DONE):
         """Standard output and standard error; fails unless the exit status is `expect`."""
-        done = subprocess.run([TENDRIL, *map(str, arguments)], cwd=self.folder, capture_output=True, text=True)
+        done = subprocess.run([TENDRIL, *map(str, arguments)], cwd=self.folder, capture_output=True, text=True, timeout=300)
         self.assertEqual(done.returncode, expect, f"{arguments}\nstdout: {done.stdout}\nstderr: {done.stderr}")
         return done.stdout, done.stderr
 
