@@ -16,7 +16,7 @@ namespace tendril {
 /// How exactly a step is solved. The motion is free of penetration whatever stands here.
 struct NewtonSettings {
   int max_iterations = 30;
-  double tolerance = 1e-5;  // largest node motion (in L, rad) of the step after which the state counts as converged
+  double tolerance = 1e-4;  // largest node motion (L, rad) of the last iteration, whose error is about its square
 };
 
 /// Everything about a simulation that does not change while it runs. Refers to the obstacles, does not own them.

@@ -68,6 +68,7 @@ struct PlannerSettings {
   int extend_limit = 0;               // EXTENDs after which planning gives up; 0: only the time limit
   double reach_fraction = 0.01;       // epsilon of Algorithm 1 as a fraction of L
   double phase_limit_s = 2.0;         // simulated time one phase of EXTEND may take
+  double stall_fraction = 0.1;        // a phase ends when no node moves faster than this fraction of max_speed
   double explore_time_step_s = 0.05;  // time step of the coarse exploration
   int explore_elements = 12;          // elements of the coarse exploration; 0: the rod's own
   int explore_newton_iterations = 2;  // Newton iterations a coarse step may take
@@ -83,6 +84,8 @@ void visitPlannerSettings(Settings& s, Visit&& visit) {
         "EXTENDs after which planning gives up; 0: only the time limit");
   visit("reach_fraction", s.reach_fraction, 1e-6, 1.0, "L", "a gripper has arrived within this of its target");
   visit("phase_limit_s", s.phase_limit_s, 1e-3, 1e3, "s", "simulated time one phase of EXTEND may take");
+  visit("stall_fraction", s.stall_fraction, 0.0, 1.0, "max_speed",
+        "a phase ends when no node moves faster than this; 0: never; the planner paper has none");
   visit("explore_time_step_s", s.explore_time_step_s, 1e-4, 1.0, "s", "time step of the coarse exploration");
   visit("explore_elements", s.explore_elements, 0, 1000, "-",
         "elements of the coarse exploration; 0: the rod's own");

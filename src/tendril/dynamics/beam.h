@@ -1,5 +1,5 @@
-/// The SE(3) beam element (Sonneville, Cardona, Brüls 2014): strain of the geodesic between two node frames, and the
-/// first and second derivatives of its energy. Private to dynamics; README.md derives the formulas.
+/// The SE(3) beam element (Sonneville, Cardona, Brüls 2014): strain of the geodesic between two node frames,
+/// and the first and second derivatives of its energy. Private to dynamics; README.md derives the formulas.
 #pragma once
 
 #include <cmath>
@@ -14,13 +14,15 @@ struct Node {
   Matrix3 rotation;  // = pose.rotation
 };
 
-/// psi = log(q_i^-1 q_j) = h (u + e4): the strain of the element times its rest length h, stretch counted from zero.
+/// psi = log(q_i^-1 q_j) = h (u + e4): the strain of the element times its rest length h, stretch counted
+/// from zero.
 [[nodiscard]] inline Vector6 relativeLog(const Node& i, const Node& j) {
   return logSE3({i.pose.rotation.conjugate() * j.pose.rotation,
                  i.rotation.transpose() * (j.pose.position - i.pose.position)});
 }
 
-/// An element's energy (h/2) sum c_k (u_k - reference_k)^2, with u = psi/h - e4; c already holds the Rayleigh factor.
+/// An element's energy (h/2) sum c_k (u_k - reference_k)^2, with u = psi/h - e4; c already holds the Rayleigh
+/// factor.
 struct Element {
   double h;           // m
   Vector6 c;          // N m^2, N
@@ -37,8 +39,8 @@ struct Element {
   }
 };
 
-/// Gradient and Hessian blocks of one element's energy by the body increments (w, y) of its nodes i and j, where a node
-/// moves to (R exp(w), p + R y).
+/// Gradient and Hessian blocks of one element's energy by the body increments (w, y) of its nodes i and j,
+/// where a node moves to (R exp(w), p + R y).
 struct ElementDerivatives {
   Vector6 gradient_i, gradient_j;
   Matrix6 hessian_ii, hessian_ij, hessian_jj;
@@ -47,20 +49,33 @@ struct ElementDerivatives {
 /// Gauss-Newton blocks, and with `geometric` the first-order geometric stiffness of the element's wrench.
 inline void derivatives(const Element& element, const Vector6& psi, const Vector6& f, bool geometric,
                         ElementDerivatives& out) {
-  const Matrix6 a = rightJacobianInverseSE3(psi), b = rightJacobianInverseSE3(-psi);
-  out.gradient_j.noalias() = a.transpose() * f;
-  out.gradient_i.noalias() = -(b.transpose() * f);
-  const Vector6 k = element.c / element.h;
-  const Matrix6 ka = k.asDiagonal() * a, kb = k.asDiagonal() * b;
-  out.hessian_jj.noalias() = a.transpose() * ka;
-  out.hessian_ii.noalias() = b.transpose() * kb;
-  out.hessian_ij.noalias() = -(b.transpose() * ka);
+  // d psi = A eta_j - B eta_i with A = Jr^-1(psi) = [a 0; q a], B = Jr^-1(-psi) = [b 0; p b]; the blocks are
+  // multiplied out.
+  const Matrix6 jacobian_j = rightJacobianInverseSE3(psi), jacobian_i = rightJacobianInverseSE3(-psi);
+  const Matrix3 a = jacobian_j.topLeftCorner<3, 3>(), q = jacobian_j.bottomLeftCorner<3, 3>();
+  const Matrix3 b = jacobian_i.topLeftCorner<3, 3>(), p = jacobian_i.bottomLeftCorner<3, 3>();
+  const Vector3 m = f.head<3>(), n = f.tail<3>();
+  out.gradient_j << a.transpose() * m + q.transpose() * n, a.transpose() * n;
+  out.gradient_i << -(b.transpose() * m + p.transpose() * n), -(b.transpose() * n);
+  const Vector3 km = element.c.head<3>() / element.h, kn = element.c.tail<3>() / element.h;
+  const Matrix3 ma = km.asDiagonal() * a, na = kn.asDiagonal() * a, nq = kn.asDiagonal() * q;
+  const Matrix3 mb = km.asDiagonal() * b, nb = kn.asDiagonal() * b, np = kn.asDiagonal() * p;
+  const auto fill = [](Matrix6& h, const Matrix3& ww, const Matrix3& wy, const Matrix3& yw,
+                       const Matrix3& yy) {
+    h.topLeftCorner<3, 3>() = ww, h.topRightCorner<3, 3>() = wy;
+    h.bottomLeftCorner<3, 3>() = yw, h.bottomRightCorner<3, 3>() = yy;
+  };
+  const Matrix3 qna = q.transpose() * na, pnb = p.transpose() * nb;
+  fill(out.hessian_jj, a.transpose() * ma + q.transpose() * nq, qna, qna.transpose(), a.transpose() * na);
+  fill(out.hessian_ii, b.transpose() * mb + p.transpose() * np, pnb, pnb.transpose(), b.transpose() * nb);
+  fill(out.hessian_ij, -(b.transpose() * ma + p.transpose() * nq), -(p.transpose() * na),
+       -(b.transpose() * nq), -(b.transpose() * na));
   if (geometric) {
     // f . psi'' = f . [eta_j, eta_i] to first order in h: antisymmetric coupling of the two nodes ...
-    const Matrix3 m = 0.5 * skew(f.head<3>()), n = 0.5 * skew(f.tail<3>());
-    out.hessian_ij.topLeftCorner<3, 3>() += m;
-    out.hessian_ij.topRightCorner<3, 3>() += n;
-    out.hessian_ij.bottomLeftCorner<3, 3>() += n;
+    const Matrix3 half_n = 0.5 * skew(n);
+    out.hessian_ij.topLeftCorner<3, 3>() += 0.5 * skew(m);
+    out.hessian_ij.topRightCorner<3, 3>() += half_n;
+    out.hessian_ij.bottomLeftCorner<3, 3>() += half_n;
     // ... and, because positions move straight while the frame turns, -g . (w x y) at each node.
     for (auto [gradient, hessian] :
          {std::pair(&out.gradient_i, &out.hessian_ii), std::pair(&out.gradient_j, &out.hessian_jj)}) {

@@ -1,4 +1,5 @@
-/// A symmetric block-tridiagonal system of 6 x 6 blocks and its Cholesky solution in O(N). Private to dynamics.
+/// A symmetric block-tridiagonal system of 6 x 6 blocks and its Cholesky solution in O(N). Private to
+/// dynamics.
 #pragma once
 
 #include <cmath>
@@ -78,7 +79,10 @@ class BlockTridiagonal {
     }
   }
 
-  std::vector<Matrix6> factor_, coupling_;
+  using RowMajor6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;  // substitution works along rows
+
+  std::vector<Matrix6> factor_;
+  std::vector<RowMajor6> coupling_;
 };
 
 }  // namespace tendril

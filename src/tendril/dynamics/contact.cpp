@@ -15,7 +15,8 @@ std::uint64_t keyOf(int node, bool on_segment, MeshPart part, int index) {
          (static_cast<std::uint64_t>(node) << 1) | (on_segment ? 1U : 0U);
 }
 
-/// Squared sine of the angle below which a segment-edge pair is mollified (Li et al. 2020, eq. 24, scale-free).
+/// Squared sine of the angle below which a segment-edge pair is mollified (Li et al. 2020, eq. 24,
+/// scale-free).
 constexpr double kParallel = 1e-3;
 
 constexpr std::size_t kSlots = 1024;  // of the table from key to term; a power of two
@@ -61,7 +62,8 @@ void Contacts::findCandidates(const std::vector<Vector3>& positions, const std::
       const Vector3& a = vertices[static_cast<std::size_t>(f.vertices[0])];
       const Vector3& b = vertices[static_cast<std::size_t>(f.vertices[1])];
       const Vector3& c = vertices[static_cast<std::size_t>(f.vertices[2])];
-      // A segment that stays wholly on one side of the face's plane, beyond reach, meets neither face nor its edges.
+      // A segment that stays wholly on one side of the face's plane, beyond reach, meets neither face nor its
+      // edges.
       const Vector3 n = (b - a).cross(c - a);
       const double limit = reach * n.norm() * (1 + 1e-9);
       std::array<double, 4> height;
@@ -81,7 +83,8 @@ void Contacts::findCandidates(const std::vector<Vector3>& positions, const std::
         if (e.flat) continue;
         const Vector3& ea = vertices[static_cast<std::size_t>(e.a)];
         const Vector3& eb = vertices[static_cast<std::size_t>(e.b)];
-        if ((ea.cwiseMax(eb).array() < box.min.array()).any() || (ea.cwiseMin(eb).array() > box.max.array()).any())
+        if ((ea.cwiseMax(eb).array() < box.min.array()).any() ||
+            (ea.cwiseMin(eb).array() > box.max.array()).any())
           continue;
         candidates_.segment_edges.push_back({k, edge});
       }
@@ -97,14 +100,16 @@ double Contacts::freeFraction(const std::vector<Vector3>& positions, const std::
   for (const auto& [node, face] : candidates_.node_faces) {
     const auto i = static_cast<std::size_t>(node);
     const auto& f = obstacles_->faces()[static_cast<std::size_t>(face)];
-    fraction = std::min(fraction, freeMotionPointTriangle(positions[i], motion[i], vertex(f.vertices[0]),
-                                                          vertex(f.vertices[1]), vertex(f.vertices[2]), radius_, keep));
+    fraction = std::min(fraction,
+                        freeMotionPointTriangle(positions[i], motion[i], vertex(f.vertices[0]),
+                                                vertex(f.vertices[1]), vertex(f.vertices[2]), radius_, keep));
   }
   for (const auto& [segment, edge] : candidates_.segment_edges) {
     const auto i = static_cast<std::size_t>(segment);
     const MeshEdge& e = obstacles_->edges()[static_cast<std::size_t>(edge)];
-    fraction = std::min(fraction, freeMotionSegmentEdge(positions[i], positions[i + 1], motion[i], motion[i + 1],
-                                                        vertex(e.a), vertex(e.b), radius_, keep));
+    fraction =
+        std::min(fraction, freeMotionSegmentEdge(positions[i], positions[i + 1], motion[i], motion[i + 1],
+                                                 vertex(e.a), vertex(e.b), radius_, keep));
   }
   return fraction;
 }
@@ -163,13 +168,27 @@ bool Contacts::evaluate(const std::vector<Vector3>& positions) {
     if (near.distance <= radius_) return false;
     std::uint64_t key = 0;
     switch (near.feature) {
-      case Feature::vertex0: key = keyOf(node, false, MeshPart::vertex, f.vertices[0]); break;
-      case Feature::vertex1: key = keyOf(node, false, MeshPart::vertex, f.vertices[1]); break;
-      case Feature::vertex2: key = keyOf(node, false, MeshPart::vertex, f.vertices[2]); break;
-      case Feature::edge01: key = keyOf(node, false, MeshPart::edge, f.edges[0]); break;
-      case Feature::edge12: key = keyOf(node, false, MeshPart::edge, f.edges[1]); break;
-      case Feature::edge20: key = keyOf(node, false, MeshPart::edge, f.edges[2]); break;
-      case Feature::face: key = keyOf(node, false, MeshPart::face, face); break;
+      case Feature::vertex0:
+        key = keyOf(node, false, MeshPart::vertex, f.vertices[0]);
+        break;
+      case Feature::vertex1:
+        key = keyOf(node, false, MeshPart::vertex, f.vertices[1]);
+        break;
+      case Feature::vertex2:
+        key = keyOf(node, false, MeshPart::vertex, f.vertices[2]);
+        break;
+      case Feature::edge01:
+        key = keyOf(node, false, MeshPart::edge, f.edges[0]);
+        break;
+      case Feature::edge12:
+        key = keyOf(node, false, MeshPart::edge, f.edges[1]);
+        break;
+      case Feature::edge20:
+        key = keyOf(node, false, MeshPart::edge, f.edges[2]);
+        break;
+      case Feature::face:
+        key = keyOf(node, false, MeshPart::face, face);
+        break;
     }
     addPointTerm(node, p, near.closest, near.distance, key);
   }
@@ -190,15 +209,23 @@ bool Contacts::evaluate(const std::vector<Vector3>& positions) {
     const double sine2 = std::max(0.0, 1 - uf * uf / (u2 * f2));
 
     if (sine2 < kParallel) {
-      // Nearly parallel: the closest points jump along the pair, so its weight fades as m = x (2 - x), x = sine^2/kParallel,
-      // and the edge's two ends, each a smooth distance, take over with 1 - m.
+      // Nearly parallel: the closest points jump along the pair, so its weight fades as m = x (2 - x), x =
+      // sine^2/kParallel, and the edge's two ends, each a smooth distance, take over with 1 - m.
       const double x = sine2 / kParallel;
       const double m = x * (2 - x);
       const Vector3 sine2_gradient = -2 * uf / (u2 * f2) * (f - uf / u2 * u);
       const Vector3 m_gradient = (2 - 2 * x) / kParallel * sine2_gradient;
-      const auto mollified = [&](double s, const Vector3& n, double distance, double weight, const Vector3& gradient) {
-        terms_.push_back({.key = ~0ULL, .node = segment, .on_segment = true, .s = s, .normal = n,
-                          .distance = distance, .weight = weight, .dual = Vector3(u / u2), .mollified = true,
+      const auto mollified = [&](double s, const Vector3& n, double distance, double weight,
+                                 const Vector3& gradient) {
+        terms_.push_back({.key = ~0ULL,
+                          .node = segment,
+                          .on_segment = true,
+                          .s = s,
+                          .normal = n,
+                          .distance = distance,
+                          .weight = weight,
+                          .dual = Vector3(u / u2),
+                          .mollified = true,
                           .mollifier_gradient = gradient});
       };
       mollified(near.s, normal, near.distance, m, m_gradient);
@@ -210,7 +237,7 @@ bool Contacts::evaluate(const std::vector<Vector3>& positions) {
       continue;
     }
 
-    const bool inside_s = near.s > 0 && near.s < 1, inside_t = near.t > 0 && near.t < 1;
+    const bool inside_s = near.s > 0 && near.s<1, inside_t = near.t> 0 && near.t < 1;
     const MeshPart part = inside_t ? MeshPart::edge : MeshPart::vertex;
     const int index = inside_t ? edge : (near.t <= 0 ? e.a : e.b);
     if (!inside_s) {
@@ -250,7 +277,8 @@ double Contacts::energy() const {
 namespace {
 
 /// Adds weight * v v^T to the translational blocks of the nodes i and i+1; v in body frames.
-void addRankOne(BlockTridiagonal& system, std::size_t i, double weight, const Vector3& v0, const Vector3& v1) {
+void addRankOne(BlockTridiagonal& system, std::size_t i, double weight, const Vector3& v0,
+                const Vector3& v1) {
   const Vector3 w0 = weight * v0, w1 = weight * v1;
   system.diagonal[i].bottomRightCorner<3, 3>().noalias() += w0 * v0.transpose();
   system.diagonal[i + 1].bottomRightCorner<3, 3>().noalias() += w1 * v1.transpose();
@@ -281,15 +309,17 @@ void Contacts::addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiag
       system.rhs[i + 1].tail<3>() -= nodes[i + 1].rotation.transpose() * gradient;
       continue;
     }
-    // b' d'' = |b'| (2 alpha beta + distance alpha^2): tilting the segment about the contact, alpha = |e*| n . (v1 - v0),
-    // and sliding along it, beta = e*/|e*| . ((1-s) v0 + s v1). Only its positive eigenvalue is kept (README.md).
+    // b' d'' = |b'| (2 alpha beta + distance alpha^2): tilting the segment about the contact, alpha = |e*| n
+    // . (v1 - v0), and sliding along it, beta = e*/|e*| . ((1-s) v0 + s v1). Only its positive eigenvalue is
+    // kept (README.md).
     const double dual = term.dual.norm();
     const double a_norm = dual * std::sqrt(2.0), b_norm = std::sqrt(s0 * s0 + s1 * s1);
     const double m = term.distance * a_norm * a_norm, k = a_norm * b_norm;
     const double eigenvalue = 0.5 * (m + std::sqrt(m * m + 4 * k * k));
     const double norm = std::sqrt(eigenvalue * eigenvalue + k * k);
     const double ca = eigenvalue / norm * std::sqrt(0.5), cb = k / norm / (b_norm * dual);
-    const Vector3 e0 = nodes[i].rotation.transpose() * term.dual, e1 = nodes[i + 1].rotation.transpose() * term.dual;
+    const Vector3 e0 = nodes[i].rotation.transpose() * term.dual,
+                  e1 = nodes[i + 1].rotation.transpose() * term.dual;
     addRankOne(system, i, -slope * eigenvalue, -ca * n0 + cb * s0 * e0, ca * n1 + cb * s1 * e1);
   }
 }
@@ -301,8 +331,8 @@ void Contacts::lagFriction(const std::vector<Vector3>& positions, double coeffic
   for (const Term& term : terms_) {
     const auto i = static_cast<std::size_t>(term.node);
     const double limit = -coefficient * term.weight * barrier_(term.distance - radius_).slope;
-    const Vector3 start = term.on_segment ? Vector3((1 - term.s) * positions[i] + term.s * positions[i + 1])
-                                          : positions[i];
+    const Vector3 start =
+        term.on_segment ? Vector3((1 - term.s) * positions[i] + term.s * positions[i + 1]) : positions[i];
     friction_.push_back({term.node, term.on_segment, term.s, term.normal, start, limit});
   }
 }
@@ -321,7 +351,8 @@ SmoothNorm smoothNorm(double y, double eps) {
 
 Vector3 slip(const FrictionTerm& term, const std::vector<Vector3>& positions) {
   const auto i = static_cast<std::size_t>(term.node);
-  const Vector3 now = term.on_segment ? Vector3((1 - term.s) * positions[i] + term.s * positions[i + 1]) : positions[i];
+  const Vector3 now =
+      term.on_segment ? Vector3((1 - term.s) * positions[i] + term.s * positions[i + 1]) : positions[i];
   const Vector3 moved = now - term.start;
   return moved - term.normal.dot(moved) * term.normal;
 }
@@ -338,9 +369,9 @@ double Contacts::frictionEnergy(const std::vector<Vector3>& positions) const {
 void Contacts::addFrictionDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const {
   for (const FrictionTerm& term : friction_) {
     const auto i = static_cast<std::size_t>(term.node);
-    const Vector3 now = term.on_segment ? Vector3((1 - term.s) * nodes[i].pose.position +
-                                                  term.s * nodes[i + 1].pose.position)
-                                        : nodes[i].pose.position;
+    const Vector3 now =
+        term.on_segment ? Vector3((1 - term.s) * nodes[i].pose.position + term.s * nodes[i + 1].pose.position)
+                        : nodes[i].pose.position;
     Vector3 u = now - term.start;
     u -= term.normal.dot(u) * term.normal;
     const double y = u.norm();

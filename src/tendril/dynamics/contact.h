@@ -1,5 +1,6 @@
-/// Contact of the rod with the obstacles: which parts are near, what the barrier says of them, how far they may move.
-/// Incremental Potential Contact (Li et al. 2020), thick as in C-IPC (Li, Kaufman, Jiang 2021). Private to dynamics.
+/// Contact of the rod with the obstacles: which parts are near, what the barrier says of them, how far they
+/// may move. Incremental Potential Contact (Li et al. 2020), thick as in C-IPC (Li, Kaufman, Jiang 2021).
+/// Private to dynamics.
 #pragma once
 
 #include <vector>
@@ -37,17 +38,18 @@ struct Candidates {
   std::vector<SegmentEdge> segment_edges;
 };
 
-/// One active contact: a point of the rod (a node, or a point between two nodes) and a feature of the mesh. Pairs with the
-/// same closest features are one term with their number as weight, so duplicates cost nothing to assemble.
+/// One active contact: a point of the rod (a node, or a point between two nodes) and a feature of the mesh.
+/// Pairs with the same closest features are one term with their number as weight, so duplicates cost nothing
+/// to assemble.
 struct Term {
   std::uint64_t key;
-  int node;            // the node, or the first node of the segment
-  bool on_segment;     // between `node` and `node + 1`
-  double s;            // where on the segment
-  Vector3 normal;      // from mesh to rod, unit
-  double distance;     // centreline to mesh, m
-  double weight;       // number of merged pairs; with a mollified pair, its mollifier
-  Vector3 dual;        // e*: segment direction across the mesh edge over its squared length, 1/m; only on_segment
+  int node;         // the node, or the first node of the segment
+  bool on_segment;  // between `node` and `node + 1`
+  double s;         // where on the segment
+  Vector3 normal;   // from mesh to rod, unit
+  double distance;  // centreline to mesh, m
+  double weight;    // number of merged pairs; with a mollified pair, its mollifier
+  Vector3 dual;  // e*: segment direction across the mesh edge over its squared length, 1/m; only on_segment
   bool mollified;
   Vector3 mollifier_gradient;  // of the weight by the segment's second node (minus that by its first), 1/m
 };
@@ -85,7 +87,8 @@ class Contacts {
 
  private:
   Term& termFor(std::uint64_t key, bool& fresh);
-  void addPointTerm(int node, const Vector3& p, const Vector3& on_mesh, double distance, std::uint64_t mesh_feature);
+  void addPointTerm(int node, const Vector3& p, const Vector3& on_mesh, double distance,
+                    std::uint64_t mesh_feature);
 
   const Obstacles* obstacles_ = nullptr;
   double radius_ = 0;

@@ -27,7 +27,8 @@ StepReport ControlRunner::advance(RodState& state, RodWorkspace& workspace, bool
     GripperGoal& goal = goals[static_cast<std::size_t>(end)];
     goal.held = control_.isHeld(end);
     if (control_.moving == end)
-      goal.pose = approach(endPose(state.nodes, end), control_.target, model_.grippers, model_.simulation.time_step);
+      goal.pose =
+          approach(endPose(state.nodes, end), control_.target, model_.grippers, model_.simulation.time_step);
     else
       goal.pose = held_[static_cast<std::size_t>(end)];
   }
@@ -38,16 +39,18 @@ int stepCount(const Control& control, double time_step) {
   const double steps = (control.end_s - control.start_s) / time_step;
   const double whole = std::round(steps);
   if (whole < 1 || std::abs(steps - whole) > 1e-6 * std::max(1.0, whole))
-    throw InputError(fmt::format(
-        "controls: from {} s to {} s is {} time steps of {} s; a control lasts a whole number of steps, at least one.",
-        control.start_s, control.end_s, steps, time_step));
+    throw InputError(
+        fmt::format("controls: from {} s to {} s is {} time steps of {} s; a control lasts a whole number of "
+                    "steps, at least one.",
+                    control.start_s, control.end_s, steps, time_step));
   return static_cast<int>(whole);
 }
 
 namespace {
 
 /// How far a held end travels between two shapes, in units of its speed limits [s].
-double travelTime(const RodShape& a, const RodShape& b, const std::array<bool, 2>& held, const GripperLimits& limits) {
+double travelTime(const RodShape& a, const RodShape& b, const std::array<bool, 2>& held,
+                  const GripperLimits& limits) {
   double longest = 0;
   for (const End end : kBothEnds) {
     if (!held[static_cast<std::size_t>(end)]) continue;

@@ -13,17 +13,19 @@ namespace {
 
 using beam::Node;
 
-constexpr double kKeptGap = 0.1;           // fraction of every gap a Newton step must leave
+constexpr double kKeptGap = 0.1;                             // fraction of every gap a Newton step must leave
 constexpr double kLeastStretch = 0.81, kMostStretch = 1.24;  // of an element, along every straight motion
 constexpr double kLargestNodeMotion = 0.24;                  // of L, along one straight motion
 
-/// A capped spring on a held end: quadratic up to the cap, then linear (a gripper gives way at its largest force).
+/// A capped spring on a held end: quadratic up to the cap, then linear (a gripper gives way at its largest
+/// force).
 struct CappedSpring {
   double stiffness, cap;
   [[nodiscard]] double energy(double x) const {
     return stiffness * x <= cap ? 0.5 * stiffness * x * x : cap * (x - 0.5 * cap / stiffness);
   }
-  /// Force over displacement: the gradient is secant(x) x, and the least curvature in any direction is at most this.
+  /// Force over displacement: the gradient is secant(x) x, and the least curvature in any direction is at
+  /// most this.
   [[nodiscard]] double secant(double x) const { return stiffness * x <= cap ? stiffness : cap / x; }
   [[nodiscard]] bool yields(double x) const { return stiffness * x > cap; }
 };
@@ -39,19 +41,19 @@ double leastLength(const Vector3& e, const Vector3& d) {
 
 struct RodWorkspace::Impl {
   // Constant during a step.
-  std::vector<beam::Element> elements;   // with the Rayleigh term folded in
+  std::vector<beam::Element> elements;  // with the Rayleigh term folded in
   std::vector<Vector3> predicted_positions;
   std::vector<Quaternion> predicted_rotations;
-  std::vector<double> masses;            // kg
-  double inertia_weight = 0;             // 1/s^2: what multiplies the mass in the incremental potential
-  Vector3 rotary = Vector3::Zero();      // rho J per length: (2I, I, I) rho, kg m
+  std::vector<double> masses;        // kg
+  double inertia_weight = 0;         // 1/s^2: what multiplies the mass in the incremental potential
+  Vector3 rotary = Vector3::Zero();  // rho J per length: (2I, I, I) rho, kg m
   std::array<GripperGoal, 2> goals;
   std::array<CappedSpring, 2> springs_position, springs_rotation;
 
   // The iterate.
   std::vector<Node> nodes, trial;
-  std::vector<Vector3> positions, trial_positions, motion;
-  std::vector<Vector6> psi, trial_psi;       // per element
+  std::vector<Vector3> positions, trial_positions, motion, limited_motion;
+  std::vector<Vector6> psi, trial_psi;  // per element
   std::vector<Vector6> wrenches, trial_wrenches;
   BlockTridiagonal system;
   std::vector<Vector6> gradient;
@@ -59,7 +61,7 @@ struct RodWorkspace::Impl {
   bool has_contacts = false;
 
   // Way points.
-  std::vector<RodShape> path;      // iterates, path[0] = start; the first `path_size` are valid
+  std::vector<RodShape> path;  // iterates, path[0] = start; the first `path_size` are valid
   std::size_t path_size = 0;
   std::vector<RodShape> way_points;
   std::size_t way_point_count = 0;
@@ -72,7 +74,8 @@ struct RodWorkspace::Impl {
     }
   }
 
-  /// The incremental potential but for contact: elasticity and damping, inertia and drag, gravity, grippers [J].
+  /// The incremental potential but for contact: elasticity and damping, inertia and drag, gravity, grippers
+  /// [J].
   [[nodiscard]] double smoothEnergy(const RodModel& model, const std::vector<Node>& at,
                                     const std::vector<Vector6>& f) const {
     double sum = 0;
@@ -94,8 +97,8 @@ struct RodWorkspace::Impl {
     return sum;
   }
 
-  /// Gradient into system.rhs (negated) and Hessian of the whole incremental potential at `nodes`; without `geometric`
-  /// stiffness the Hessian is positive definite.
+  /// Gradient into system.rhs (negated) and Hessian of the whole incremental potential at `nodes`; without
+  /// `geometric` stiffness the Hessian is positive definite.
   void assemble(const RodModel& model, bool geometric) {
     system.setZero();
     for (Vector6& r : system.rhs) r.setZero();
@@ -159,8 +162,8 @@ struct RodWorkspace::Impl {
     }
   }
 
-  /// Whether every element's length stays within the stretch limits and every node within the longest motion while the
-  /// nodes move straight from a to b.
+  /// Whether every element's length stays within the stretch limits and every node within the longest motion
+  /// while the nodes move straight from a to b.
   [[nodiscard]] static bool motionKeepsLimits(const std::vector<Vector3>& a, const std::vector<Vector3>& d,
                                               double fraction, double h, double length) {
     for (std::size_t i = 0; i < a.size(); ++i) {
@@ -172,6 +175,25 @@ struct RodWorkspace::Impl {
       if ((e + de).norm() > std::max(kMostStretch * h, before)) return false;
     }
     return true;
+  }
+
+  /// Evaluates the potential at `fraction` of the motion, in `trial`. False if that penetrates.
+  [[nodiscard]] bool tryFraction(const RodModel& model, double fraction, double& energy) {
+    retract(fraction);
+    if (has_contacts && !contacts.evaluate(trial_positions)) return false;
+    evaluateElements(trial, trial_psi, trial_wrenches);
+    energy = smoothEnergy(model, trial, trial_wrenches);
+    if (has_contacts) energy += contacts.energy() + contacts.frictionEnergy(trial_positions);
+    return true;
+  }
+
+  /// Makes the trial the iterate; the contact terms are those of the last evaluation, which was the trial's.
+  void acceptTrial(bool record) {
+    std::swap(nodes, trial);
+    std::swap(positions, trial_positions);
+    std::swap(psi, trial_psi);
+    std::swap(wrenches, trial_wrenches);
+    if (record) recordIterate(nodes);
   }
 
   void recordIterate(const std::vector<Node>& at) {
@@ -192,8 +214,8 @@ std::span<const RodShape> RodWorkspace::wayPoints() const {
   return {impl_->way_points.data(), impl_->way_point_count};
 }
 
-/// From the step's start, always on to the farthest iterate whose straight line is free; the next one always is, since
-/// Newton's own pieces are certified.
+/// From the step's start, always on to the farthest iterate whose straight line is free; the next one always
+/// is, since Newton's own pieces are certified.
 void RodWorkspace::Impl::chooseWayPoints(const RodModel& model) {
   way_point_count = 0;
   std::size_t from = 0;
@@ -204,7 +226,8 @@ void RodWorkspace::Impl::chooseWayPoints(const RodModel& model) {
         trial_positions[i] = path[from][i].position;
         motion[i] = path[to][i].position - trial_positions[i];
       }
-      if (!motionKeepsLimits(trial_positions, motion, 1, model.rod.elementLength(), model.rod.length)) continue;
+      if (!motionKeepsLimits(trial_positions, motion, 1, model.rod.elementLength(), model.rod.length))
+        continue;
       if (!has_contacts) break;
       contacts.findCandidates(trial_positions, motion);
       if (contacts.freeFraction(trial_positions, motion, 0) >= 1) break;
@@ -239,13 +262,15 @@ void prepare(const RodModel& model, const std::array<GripperGoal, 2>& goals, con
     w.predicted_positions.resize(n), w.predicted_rotations.resize(n), w.masses.resize(n);
     w.nodes.resize(n), w.trial.resize(n);
     w.positions.resize(n), w.trial_positions.resize(n), w.motion.resize(n);
+    w.limited_motion.resize(n);
     w.psi.resize(elements), w.trial_psi.resize(elements);
     w.wrenches.resize(elements), w.trial_wrenches.resize(elements);
     w.system.resize(n);
     w.gradient.resize(n);
   }
 
-  // The scheme, as v_new = (x - x_hat)/tau and a = (v_new - v_hat)/tau: implicit Euler, or BDF2 once there is a history.
+  // The scheme, as v_new = (x - x_hat)/tau and a = (v_new - v_hat)/tau: implicit Euler, or BDF2 once there is
+  // a history.
   const bool second = model.simulation.scheme == Scheme::second_order && !state.previous_nodes.empty();
   const double tau = second ? 2 * dt / 3 : dt, drag = model.simulation.drag;
   const bool inertia = model.simulation.inertia;
@@ -272,8 +297,8 @@ void prepare(const RodModel& model, const std::array<GripperGoal, 2>& goals, con
   // Rotary inertia of a round section per unit mass: (r^2/2, r^2/4, r^2/4).
   w.rotary = 0.25 * rod.radius * rod.radius * Vector3(2, 1, 1);
 
-  // Rayleigh damping beta c du/dt with du/dt = (u - u_hat)/tau folds into the element: stiffness c (1 + beta/tau), at ease
-  // at beta/tau u_hat / (1 + beta/tau).
+  // Rayleigh damping beta c du/dt with du/dt = (u - u_hat)/tau folds into the element: stiffness c (1 +
+  // beta/tau), at ease at beta/tau u_hat / (1 + beta/tau).
   const double rate = model.simulation.stiffness_damping / tau;
   w.evaluateElements(w.nodes, w.psi, w.wrenches);  // psi is needed; the wrenches are set below
   for (std::size_t k = 0; k < elements; ++k) {
@@ -290,12 +315,14 @@ void prepare(const RodModel& model, const std::array<GripperGoal, 2>& goals, con
     w.wrenches[k] = w.elements[k].wrench(w.psi[k]);
   }
 
-  // Grippers: PD as an implicit spring. The moving target advances at most v dt, so the largest force is reached when the
-  // end lags by that much; an end held still uses the same stiffness.
+  // Grippers: PD as an implicit spring. The moving target advances at most v dt, so the largest force is
+  // reached when the end lags by that much; an end held still uses the same stiffness.
   w.goals = goals;
   for (std::size_t e = 0; e < 2; ++e) {
-    w.springs_position[e] = {model.grippers.max_force / (model.grippers.max_speed * dt), model.grippers.max_force};
-    w.springs_rotation[e] = {model.grippers.max_torque / (model.grippers.max_turn * dt), model.grippers.max_torque};
+    w.springs_position[e] = {model.grippers.max_force / (model.grippers.max_speed * dt),
+                             model.grippers.max_force};
+    w.springs_rotation[e] = {model.grippers.max_torque / (model.grippers.max_turn * dt),
+                             model.grippers.max_torque};
   }
 
   w.has_contacts = !model.obstacles->faces().empty();
@@ -307,12 +334,29 @@ void prepare(const RodModel& model, const std::array<GripperGoal, 2>& goals, con
 
 }  // namespace
 
+namespace {
+
+/// The largest fraction, at most `fraction`, of w.motion that respects the limits on a straight motion and
+/// keeps a tenth of every gap. Leaves the candidates of the whole motion in w.contacts.
+double filter(const RodModel& model, double fraction, RodWorkspace::Impl& w) {
+  const double h = w.elements[0].h;
+  while (!RodWorkspace::Impl::motionKeepsLimits(w.positions, w.motion, fraction, h, model.rod.length) &&
+         fraction > 1e-9)
+    fraction *= 0.5;
+  if (!w.has_contacts) return fraction;
+  for (std::size_t i = 0; i < w.motion.size(); ++i) w.limited_motion[i] = fraction * w.motion[i];
+  w.contacts.findCandidates(w.positions, w.limited_motion);
+  return fraction * w.contacts.freeFraction(w.positions, w.limited_motion, kKeptGap);
+}
+
+}  // namespace
+
 StepReport step(const RodModel& model, const std::array<GripperGoal, 2>& goals, RodState& state,
                 RodWorkspace& workspace, bool record_way_points) {
   RodWorkspace::Impl& w = workspace.impl();
   prepare(model, goals, state, w);
   const std::size_t n = w.nodes.size();
-  const double h = w.elements[0].h, length = model.rod.length, dt = model.simulation.time_step;
+  const double length = model.rod.length, dt = model.simulation.time_step;
 
   StepReport report;
   report.status = StepReport::Status::iteration_limit;
@@ -320,7 +364,8 @@ StepReport step(const RodModel& model, const std::array<GripperGoal, 2>& goals, 
     for (Vector3& m : w.motion) m.setZero();
     w.contacts.findCandidates(w.positions, w.motion);
     if (!w.contacts.evaluate(w.positions)) {
-      report.status = StepReport::Status::stalled;  // the caller handed over a penetrating state: leave it as it is
+      report.status =
+          StepReport::Status::stalled;  // the caller handed over a penetrating state: leave it as it is
       w.way_point_count = 0;
       return report;
     }
@@ -332,6 +377,20 @@ StepReport step(const RodModel& model, const std::array<GripperGoal, 2>& goals, 
 
   double energy = w.smoothEnergy(model, w.nodes, w.wrenches);
   if (w.has_contacts) energy += w.contacts.energy() + w.contacts.frictionEnergy(w.positions);
+
+  // First guess: the motion goes on as it was. It passes the same filter, and is kept only if it lowers the
+  // potential.
+  for (std::size_t i = 0; i < n; ++i) {
+    w.system.rhs[i] << logSO3(w.nodes[i].pose.rotation.conjugate() * w.predicted_rotations[i]),
+        w.nodes[i].rotation.transpose() * (w.predicted_positions[i] - w.positions[i]);
+    w.motion[i] = w.predicted_positions[i] - w.positions[i];
+  }
+  if (double guessed = 0; w.tryFraction(model, filter(model, 1, w), guessed) && guessed < energy) {
+    energy = guessed;
+    w.acceptTrial(record_way_points);
+  } else if (w.has_contacts && !w.contacts.evaluate(w.positions)) {
+    assert(false && "the step's start was free a moment ago");
+  }
 
   while (report.iterations < model.newton.max_iterations) {
     ++report.iterations;
@@ -351,46 +410,25 @@ StepReport step(const RodModel& model, const std::array<GripperGoal, 2>& goals, 
       size = std::max({size, w.system.rhs[i].head<3>().norm(), w.motion[i].norm() / length});
     }
 
-    // The filter: limits on the motion first, then continuous collision detection.
-    double fraction = std::min(1.0, 1.0 / size);
-    while (!RodWorkspace::Impl::motionKeepsLimits(w.positions, w.motion, fraction, h, length) && fraction > 1e-9)
-      fraction *= 0.5;
-    if (w.has_contacts) {
-      for (Vector3& m : w.motion) m *= fraction;
-      for (Vector6& d : w.system.rhs) d *= fraction;
-      slope *= fraction, size *= fraction;
-      fraction = 1;
-      w.contacts.findCandidates(w.positions, w.motion);
-      fraction = w.contacts.freeFraction(w.positions, w.motion, kKeptGap);
-    }
-
-    // Line search (Armijo).
+    // The filter and the line search (Armijo).
+    double fraction = filter(model, std::min(1.0, 1.0 / size), w);
+    const bool whole = fraction == 1;
     bool accepted = false;
     double trial_energy = 0;
-    for (int halvings = 0; halvings < 20; ++halvings, fraction *= 0.5) {
-      w.retract(fraction);
-      w.evaluateElements(w.trial, w.trial_psi, w.trial_wrenches);
-      trial_energy = w.smoothEnergy(model, w.trial, w.trial_wrenches);
-      if (w.has_contacts) {
-        if (!w.contacts.evaluate(w.trial_positions)) continue;
-        trial_energy += w.contacts.energy() + w.contacts.frictionEnergy(w.trial_positions);
-      }
-      if (trial_energy <= energy + 1e-4 * fraction * slope + 1e-13 * std::abs(energy)) {
+    for (int halvings = 0; halvings < 20; ++halvings, fraction *= 0.5)
+      if (w.tryFraction(model, fraction, trial_energy) &&
+          trial_energy <= energy + 1e-4 * fraction * slope + 1e-13 * std::abs(energy)) {
         accepted = true;
         break;
       }
-    }
     if (!accepted) {
-      report.status = size < 10 * model.newton.tolerance ? StepReport::Status::converged : StepReport::Status::stalled;
+      report.status =
+          size < 10 * model.newton.tolerance ? StepReport::Status::converged : StepReport::Status::stalled;
       break;
     }
     energy = trial_energy;
-    std::swap(w.nodes, w.trial);
-    std::swap(w.positions, w.trial_positions);
-    std::swap(w.psi, w.trial_psi);
-    std::swap(w.wrenches, w.trial_wrenches);
-    if (record_way_points) w.recordIterate(w.nodes);
-    if (fraction == 1 && size < model.newton.tolerance) {
+    w.acceptTrial(record_way_points);
+    if (whole && size < model.newton.tolerance) {
       report.status = StepReport::Status::converged;
       break;
     }

@@ -5,10 +5,12 @@
 
 namespace tendril {
 
-/// Which ends are held in a phase (0 or 1) in which `moving` moves; none if the scenario's grasps forbid that motion.
+/// Which ends are held in a phase (0 or 1) in which `moving` moves; none if the scenario's grasps forbid that
+/// motion.
 std::array<bool, 2> Extend::heldIn(int phase, End moving) const {
   const Grasp alone = moving == End::first ? Grasp::first : Grasp::last;
-  const bool may_hold_both = model_.grippers.allows(Grasp::both), may_hold_alone = model_.grippers.allows(alone);
+  const bool may_hold_both = model_.grippers.allows(Grasp::both),
+             may_hold_alone = model_.grippers.allows(alone);
   const bool wants_both = phase == 1 || settings_.other_end == OtherEnd::held;
   if (may_hold_both && (wants_both || !may_hold_alone)) return {true, true};
   if (may_hold_alone) return {moving == End::first, moving == End::last};
@@ -26,8 +28,10 @@ ExtendReport Extend::operator()(const ExtendControl& extend, RodState& state, Ro
   ExtendReport report;
   const double dt = model_.simulation.time_step;
   const auto longest = static_cast<std::int64_t>(std::ceil(settings_.phase_limit / dt));
+  const auto window = std::max<std::int64_t>(1, std::llround(kStallWindow / dt));
   std::int64_t time_steps = recorder ? recorder->steps() : 0;
   RodState before;
+  RodShape window_start;
   for (int phase = 0; phase < 2; ++phase) {
     const End moving = phase == 0 ? extend.leading : other(extend.leading);
     const Pose& target = extend.targets[static_cast<std::size_t>(moving)];
@@ -40,6 +44,11 @@ ExtendReport Extend::operator()(const ExtendControl& extend, RodState& state, Ro
     ControlRunner runner(model_, control, state);
     std::int64_t steps = 0;
     while (steps < longest && !arrived(state.nodes, moving, target)) {
+      if (settings_.stall_speed > 0 && steps % window == 0) {
+        const double least = settings_.stall_speed * static_cast<double>(window) * dt;
+        if (steps > 0 && maxNodeDistance(window_start, state.nodes) < least) break;
+        window_start = state.nodes;
+      }
       if (stop()) {
         report.cancelled = true;
         break;

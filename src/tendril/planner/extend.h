@@ -1,4 +1,5 @@
-/// Algorithm 1 of the paper: EXTEND moves first one gripper, then the other, toward a target. Private to planner.
+/// Algorithm 1 of the paper: EXTEND moves first one gripper, then the other, toward a target. Private to
+/// planner.
 #pragma once
 
 #include <functional>
@@ -9,21 +10,24 @@ namespace tendril {
 
 /// A control of the planner: where both grippers should go, and which goes first.
 struct ExtendControl {
-  End leading = End::first;    // the gripper that moves first
-  std::array<Pose, 2> targets; // of the first and the last node
+  End leading = End::first;     // the gripper that moves first
+  std::array<Pose, 2> targets;  // of the first and the last node
 };
 
-/// Whether the other end is held while the leading gripper moves. The paper leaves it open ("both or only one of its
-/// extremities"); `let_go` wherever the scenario's grasps allow it.
+/// Whether the other end is held while the leading gripper moves. The paper leaves it open ("both or only one
+/// of its extremities"); `let_go` wherever the scenario's grasps allow it.
 enum class OtherEnd { let_go, held };
 
 /// The constant side of EXTEND.
 struct ExtendSettings {
   OtherEnd other_end = OtherEnd::let_go;
-  double reach = 0.01;        // epsilon, m: a gripper has arrived within this of its target (and kReachAngle)
-  double phase_limit = 2.0;   // s of simulated time a phase may take
+  double reach = 0.01;       // epsilon, m: a gripper has arrived within this of its target (and kReachAngle)
+  double phase_limit = 2.0;  // s of simulated time a phase may take
+  double stall_speed =
+      0;  // m/s: a phase also ends when no node moves faster than this over kStallWindow; 0: never
 };
-inline constexpr double kReachAngle = 0.1;  // rad
+inline constexpr double kReachAngle = 0.1;   // rad
+inline constexpr double kStallWindow = 0.1;  // s
 
 /// What EXTEND did. `controls` are its phases, for the solution; times count from `start_time`.
 struct ExtendReport {
@@ -32,9 +36,9 @@ struct ExtendReport {
   bool cancelled = false;
 };
 
-/// Carries EXTEND out from `state`. Both loops run while the distance is > epsilon (the paper prints <) and no longer than
-/// phase_limit; a phase that would carry a node out of the workspace ends with the last state inside. With a recorder the
-/// motion is written down. `stop` is asked before every step.
+/// Carries EXTEND out from `state`. Both loops run while the distance is > epsilon (the paper prints <) and
+/// no longer than phase_limit; a phase that would carry a node out of the workspace ends with the last state
+/// inside. With a recorder the motion is written down. `stop` is asked before every step.
 class Extend {
  public:
   Extend(const RodModel& model, const ExtendSettings& settings) : model_(model), settings_(settings) {}

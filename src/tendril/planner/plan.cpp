@@ -26,15 +26,20 @@ using ompl_spaces::State;
 
 /// How a planner of that name goes about it.
 struct Method {
-  bool coarse = false;          // explore with a coarser rod, then replay exactly
-  bool random_order = false;    // which gripper leads is drawn, not fixed
+  bool coarse = false;        // explore with a coarser rod, then replay exactly
+  bool random_order = false;  // which gripper leads is drawn, not fixed
   bool penalise_failures = false;
+  bool stops_when_stalled = false;
   double goal_bias = 0.05;
 };
 
 Method methodOf(const std::string& planner, const PlannerSettings& settings) {
   if (planner == "tendril")
-    return {.coarse = true, .random_order = true, .penalise_failures = true, .goal_bias = settings.goal_bias};
+    return {.coarse = true,
+            .random_order = true,
+            .penalise_failures = true,
+            .stops_when_stalled = true,
+            .goal_bias = settings.goal_bias};
   if (planner == "paper") return {.goal_bias = settings.goal_bias};
   return {.random_order = true, .goal_bias = settings.goal_bias};
 }
@@ -68,7 +73,8 @@ ob::PlannerPtr makePlanner(const std::string& name, const oc::SpaceInformationPt
     planner->setGoalBias(method.goal_bias);
     return planner;
   }
-  throw InputError(fmt::format("unknown planner \"{}\"; use one of: {}.", name, fmt::join(plannerNames(), ", ")));
+  throw InputError(
+      fmt::format("unknown planner \"{}\"; use one of: {}.", name, fmt::join(plannerNames(), ", ")));
 }
 
 /// A state reached by the exact simulation, with the EXTENDs that lead to it from the start.
@@ -88,8 +94,8 @@ struct Exploration {
 /// One planning problem at one resolution.
 class Explorer {
  public:
-  Explorer(const Scenario& scenario, const Obstacles& obstacles, const RodShape& goal_shape, const Method& method,
-           const std::string& planner, Random& random, ompl_spaces::Work& work)
+  Explorer(const Scenario& scenario, const Obstacles& obstacles, const RodShape& goal_shape,
+           const Method& method, const std::string& planner, Random& random, ompl_spaces::Work& work)
       : model_(scenario, obstacles),
         obstacles_(obstacles),
         method_(method),
@@ -104,12 +110,17 @@ class Explorer {
   RodModel& model() { return model_; }
   [[nodiscard]] const GoalTest& goal() const { return goal_; }
   [[nodiscard]] ExtendSettings extendSettings() const {
-    return {.other_end = OtherEnd::let_go,
-            .reach = settings_.reach_fraction * model_.rod.length,
-            .phase_limit = settings_.phase_limit_s};
+    return {
+        .other_end = OtherEnd::let_go,
+        .reach = settings_.reach_fraction * model_.rod.length,
+        .phase_limit = settings_.phase_limit_s,
+        .stall_speed = method_.stops_when_stalled ? settings_.stall_fraction * model_.grippers.max_speed : 0};
   }
 
   Exploration explore(const std::vector<Root>& roots);
+  /// Leaves out, one by one, the EXTENDs without which the chain from `start` still reaches the goal at this
+  /// resolution.
+  [[nodiscard]] std::vector<ExtendControl> shortened(const RodShape& start, std::vector<ExtendControl> chain);
 
  private:
   RodModel model_;
@@ -125,8 +136,10 @@ class Explorer {
 
 Exploration Explorer::explore(const std::vector<Root>& roots) {
   const auto nodes = static_cast<std::size_t>(model_.rod.elements) + 1;
-  auto states = std::make_shared<ompl_spaces::StateSpace>(nodes, model_.workspace, sampler_, method_.penalise_failures);
-  auto controls = std::make_shared<ompl_spaces::ControlSpace>(states, sampler_, random_, method_.random_order);
+  auto states =
+      std::make_shared<ompl_spaces::StateSpace>(nodes, model_.workspace, sampler_, method_.penalise_failures);
+  auto controls =
+      std::make_shared<ompl_spaces::ControlSpace>(states, sampler_, random_, method_.random_order);
   auto si = std::make_shared<oc::SpaceInformation>(states, controls);
   si->setStateValidityChecker([](const ob::State*) { return true; });  // EXTEND never leaves the free space
   si->setStatePropagator(std::make_shared<ompl_spaces::Propagator>(si, model_, extendSettings(), work_));
@@ -179,18 +192,43 @@ Exploration Explorer::explore(const std::vector<Root>& roots) {
   return result;
 }
 
+std::vector<ExtendControl> Explorer::shortened(const RodShape& start, std::vector<ExtendControl> chain) {
+  const Extend extend(model_, extendSettings());
+  RodWorkspace workspace;
+  RodState before = RodState::atRest(resample(start, model_.rod.elements));
+  for (std::size_t k = 0; k + 1 < chain.size() && !work_.stop();) {
+    // Does the goal come without EXTEND k? The chain may even end earlier.
+    RodState state = before;
+    std::size_t end = k + 1;
+    bool reached = goal_(state.nodes);
+    for (; end < chain.size() && !reached; ++end) {
+      work_.steps += extend(chain[end], state, workspace, work_.stop).steps;
+      reached = goal_(state.nodes);
+    }
+    if (reached) {
+      chain.resize(end);
+      chain.erase(chain.begin() + static_cast<std::ptrdiff_t>(k));
+    } else {
+      work_.steps += extend(chain[k], before, workspace, work_.stop).steps;
+      ++k;
+    }
+  }
+  return chain;
+}
+
 /// The exact simulation of a chain of EXTENDs, written down up to the goal if it gets there.
 struct Replay {
   bool reached = false;
   std::vector<Control> controls;
   Trajectory trajectory;
-  std::vector<Root> roots;   // the states after each EXTEND
+  std::vector<Root> roots;  // the states after each EXTEND
   std::int64_t steps = 0;
-  double nearest = 0;        // distance (6) of the last state to the goal
+  double nearest = 0;  // distance (6) of the last state to the goal
 };
 
-Replay replayExactly(const RodModel& model, const ExtendSettings& settings, const GoalTest& goal, const RodShape& start,
-                     const std::vector<ExtendControl>& chain, const std::function<bool()>& stop) {
+Replay replayExactly(const RodModel& model, const ExtendSettings& settings, const GoalTest& goal,
+                     const RodShape& start, const std::vector<ExtendControl>& chain,
+                     const std::function<bool()>& stop) {
   Replay replay;
   const Extend extend(model, settings);
   RodState state = RodState::atRest(start);
@@ -201,8 +239,8 @@ Replay replayExactly(const RodModel& model, const ExtendSettings& settings, cons
     const ExtendReport report = extend(chain[k], state, workspace, stop, &recorder);
     replay.controls.insert(replay.controls.end(), report.controls.begin(), report.controls.end());
     if (report.cancelled) break;
-    replay.roots.push_back({{chain.begin(), chain.begin() + static_cast<std::ptrdiff_t>(k) + 1}, state.nodes,
-                            state.velocities});
+    replay.roots.push_back(
+        {{chain.begin(), chain.begin() + static_cast<std::ptrdiff_t>(k) + 1}, state.nodes, state.velocities});
     replay.reached = goal(state.nodes);
   }
   replay.nearest = goal.distance(state.nodes);
@@ -227,7 +265,8 @@ const std::vector<std::string>& plannerNames() {
 Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRequest& request) {
   const std::vector<std::string>& names = plannerNames();
   if (std::find(names.begin(), names.end(), request.planner) == names.end())
-    throw InputError(fmt::format("unknown planner \"{}\"; use one of: {}.", request.planner, fmt::join(names, ", ")));
+    throw InputError(
+        fmt::format("unknown planner \"{}\"; use one of: {}.", request.planner, fmt::join(names, ", ")));
   const double cpu_before = cpuSeconds();
   const auto elapsed = [&] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - request.started).count();
@@ -248,8 +287,10 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
   work.stop = [&] {
     if (reason != Reason::none) return true;
     const double now = elapsed();
-    if (interrupted()) reason = Reason::cancelled;
-    else if (now > request.time_limit_s) reason = Reason::time;
+    if (interrupted())
+      reason = Reason::cancelled;
+    else if (now > request.time_limit_s)
+      reason = Reason::time;
     else if (scenario.planner.extend_limit > 0 && work.extends >= scenario.planner.extend_limit)
       reason = Reason::extends;
     if (request.on_progress && now > last_report + 0.2) {
@@ -263,14 +304,16 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
   if (method.coarse) {
     if (scenario.planner.explore_elements > 0)
       coarse.rod.elements = std::min(scenario.planner.explore_elements, scenario.rod.elements);
-    coarse.simulation.time_step = std::max(scenario.planner.explore_time_step_s, scenario.simulation.time_step);
+    coarse.simulation.time_step =
+        std::max(scenario.planner.explore_time_step_s, scenario.simulation.time_step);
   }
   Explorer explorer(coarse, obstacles, goal_shape, method, request.planner, random, work);
   if (method.coarse) explorer.model().newton.max_iterations = scenario.planner.explore_newton_iterations;
   Explorer exact(scenario, obstacles, goal_shape, method, request.planner, random, work);
 
-  // Explore, replay what was found exactly, and where the replay departs, explore on from the states it passed. A replay
-  // that keeps departing means the coarse rod misleads: then explore with the exact one, whose replay is itself.
+  // Explore, replay what was found exactly, and where the replay departs, explore on from the states it
+  // passed. A replay that keeps departing means the coarse rod misleads: then explore with the exact one,
+  // whose replay is itself.
   constexpr int kCoarseAttempts = 4;
   std::vector<Root> roots = {{{}, start, std::vector<Vector6>(start.size(), Vector6::Zero())}};
   Replay best;
@@ -283,7 +326,8 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
     states += found.states;
     // An approximate motion is replayed even when the time is up: it is what the caller gets.
     const std::function<bool()> stop = [&] { return reason == Reason::none && interrupted(); };
-    Replay replay = replayExactly(exact.model(), exact.extendSettings(), exact.goal(), start, found.chain, stop);
+    Replay replay =
+        replayExactly(exact.model(), exact.extendSettings(), exact.goal(), start, found.chain, stop);
     replay_steps += replay.steps;
     solved = replay.reached;
     nearest = std::min(nearest, replay.nearest);
@@ -292,13 +336,14 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
     if (solved || replay.nearest < best.nearest) best = std::move(replay);
     if (!coarsely && found.states == 0) break;
   }
-  if (best.trajectory.shapes.empty()) best = replayExactly(exact.model(), exact.extendSettings(), exact.goal(), start, {}, interrupted);
+  if (best.trajectory.shapes.empty())
+    best = replayExactly(exact.model(), exact.extendSettings(), exact.goal(), start, {}, interrupted);
 
   Solution solution;
-  solution.status = solved                         ? PlanStatus::solved
-                    : reason == Reason::cancelled  ? PlanStatus::cancelled
-                    : reason == Reason::extends    ? PlanStatus::iteration_limit
-                                                   : PlanStatus::time_limit;
+  solution.status = solved                        ? PlanStatus::solved
+                    : reason == Reason::cancelled ? PlanStatus::cancelled
+                    : reason == Reason::extends   ? PlanStatus::iteration_limit
+                                                  : PlanStatus::time_limit;
   solution.scenario = scenario;
   solution.controls = std::move(best.controls);
   solution.trajectory = std::move(best.trajectory);
@@ -306,7 +351,8 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
   solution.run.threads = request.threads;
   solution.run.planner["name"] = request.planner;
   PlannerSettings settings = scenario.planner;
-  visitPlannerSettings(settings, [&](const char* key, auto& value, auto&&...) { solution.run.planner[key] = value; });
+  visitPlannerSettings(settings,
+                       [&](const char* key, auto& value, auto&&...) { solution.run.planner[key] = value; });
   solution.run.iterations = work.extends;
   solution.run.states = states;
   solution.run.steps = work.steps + replay_steps;

@@ -7,13 +7,18 @@
 
 namespace tendril {
 
-/// Draws stable equilibria whose base is uniform in the workspace (and over all rotations) and whose whole shape is inside
-/// it, clear of the meshes and of itself.
+/// Draws stable equilibria whose base is uniform in the workspace (and over all rotations) and whose whole
+/// shape is inside it, clear of the meshes and of itself.
 class StableSampler {
  public:
-  StableSampler(const RodProperties& rod, const Box& workspace, const Obstacles& obstacles, const SamplingBox& box,
-                Random& random)
-      : rod_(rod), workspace_(workspace), obstacles_(obstacles), box_(box), random_(random), integrator_(rod) {}
+  StableSampler(const RodProperties& rod, const Box& workspace, const Obstacles& obstacles,
+                const SamplingBox& box, Random& random)
+      : rod_(rod),
+        workspace_(workspace),
+        obstacles_(obstacles),
+        box_(box),
+        random_(random),
+        integrator_(rod) {}
 
   /// Replaces `shape`. False if kMostDraws draws found none.
   [[nodiscard]] bool sample(RodShape& shape);

@@ -46,7 +46,8 @@ class RandomControl : public oc::ControlSampler {
       : oc::ControlSampler(space), control_space_(space), sampler_(sampler) {}
   void sample(oc::Control* control) override {
     if (!sampler_.sample(shape_)) return;
-    static_cast<ControlValue*>(control)->extend = {control_space_->leadingEnd(), {shape_.front(), shape_.back()}};
+    static_cast<ControlValue*>(control)->extend = {control_space_->leadingEnd(),
+                                                   {shape_.front(), shape_.back()}};
   }
 
  private:
@@ -61,7 +62,8 @@ bool samePose(const Pose& a, const Pose& b) {
 
 }  // namespace
 
-StateSpace::StateSpace(std::size_t nodes, const Box& workspace, StableSampler& sampler, bool penalise_failures)
+StateSpace::StateSpace(std::size_t nodes, const Box& workspace, StableSampler& sampler,
+                       bool penalise_failures)
     : nodes_(nodes), workspace_(workspace), sampler_(sampler), penalise_failures_(penalise_failures) {
   setName("Rod");
 }
@@ -100,7 +102,9 @@ void StateSpace::interpolate(const ob::State* from, const ob::State* to, double 
   rodOf(state).rod = RodState::atRest(std::move(shape));
 }
 
-ob::StateSamplerPtr StateSpace::allocDefaultStateSampler() const { return std::make_shared<Sampler>(this, sampler_); }
+ob::StateSamplerPtr StateSpace::allocDefaultStateSampler() const {
+  return std::make_shared<Sampler>(this, sampler_);
+}
 
 ob::State* StateSpace::allocState() const {
   auto* state = new State;
@@ -113,7 +117,8 @@ void StateSpace::registerProjections() {
   registerDefaultProjection(std::make_shared<Projection>(this, workspace_));
 }
 
-ControlSpace::ControlSpace(const ob::StateSpacePtr& states, StableSampler& sampler, Random& random, bool random_order)
+ControlSpace::ControlSpace(const ob::StateSpacePtr& states, StableSampler& sampler, Random& random,
+                           bool random_order)
     : oc::ControlSpace(states), sampler_(sampler), random_(random), random_order_(random_order) {
   setName("Grippers");
 }
@@ -125,10 +130,14 @@ void ControlSpace::copyControl(oc::Control* destination, const oc::Control* sour
   static_cast<ControlValue*>(destination)->extend = static_cast<const ControlValue*>(source)->extend;
 }
 bool ControlSpace::equalControls(const oc::Control* a, const oc::Control* b) const {
-  const auto &x = static_cast<const ControlValue*>(a)->extend, &y = static_cast<const ControlValue*>(b)->extend;
-  return x.leading == y.leading && samePose(x.targets[0], y.targets[0]) && samePose(x.targets[1], y.targets[1]);
+  const auto &x = static_cast<const ControlValue*>(a)->extend,
+             &y = static_cast<const ControlValue*>(b)->extend;
+  return x.leading == y.leading && samePose(x.targets[0], y.targets[0]) &&
+         samePose(x.targets[1], y.targets[1]);
 }
-void ControlSpace::nullControl(oc::Control* control) const { static_cast<ControlValue*>(control)->extend = {}; }
+void ControlSpace::nullControl(oc::Control* control) const {
+  static_cast<ControlValue*>(control)->extend = {};
+}
 oc::ControlSamplerPtr ControlSpace::allocDefaultControlSampler() const {
   return std::make_shared<RandomControl>(this, sampler_);
 }
@@ -136,11 +145,12 @@ End ControlSpace::leadingEnd() const {
   return random_order_ && random_.uniform() < 0.5 ? End::last : End::first;
 }
 
-Propagator::Propagator(const oc::SpaceInformationPtr& si, const RodModel& model, const ExtendSettings& settings,
-                       Work& work)
+Propagator::Propagator(const oc::SpaceInformationPtr& si, const RodModel& model,
+                       const ExtendSettings& settings, Work& work)
     : oc::StatePropagator(si), extend_(model, settings), work_(work) {}
 
-void Propagator::propagate(const ob::State* state, const oc::Control* control, double, ob::State* result) const {
+void Propagator::propagate(const ob::State* state, const oc::Control* control, double,
+                           ob::State* result) const {
   State& out = rodOf(result);
   if (state != result) out.rod = rodOf(state).rod;
   out.failed_extends = 0;
@@ -150,7 +160,8 @@ void Propagator::propagate(const ob::State* state, const oc::Control* control, d
   work_.steps += report.steps;
 }
 
-unsigned int DirectedSampler::sampleTo(oc::Control* control, const ob::State* source, ob::State* destination) {
+unsigned int DirectedSampler::sampleTo(oc::Control* control, const ob::State* source,
+                                       ob::State* destination) {
   State& target = rodOf(destination);
   const State& from = rodOf(source);
   const auto* space = static_cast<const ControlSpace*>(si_->getControlSpace().get());
@@ -167,7 +178,8 @@ unsigned int DirectedSampler::sampleTo(oc::Control* control, const oc::Control*,
   return sampleTo(control, source, destination);
 }
 
-Goal::Goal(const ob::SpaceInformationPtr& si, const GoalTest& test) : ob::GoalSampleableRegion(si), test_(test) {
+Goal::Goal(const ob::SpaceInformationPtr& si, const GoalTest& test)
+    : ob::GoalSampleableRegion(si), test_(test) {
   setThreshold(0);  // membership is isSatisfied's; the distance only ranks approximate solutions
 }
 double Goal::distanceGoal(const ob::State* state) const { return test_.distance(rodOf(state).rod.nodes); }

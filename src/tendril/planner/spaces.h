@@ -1,5 +1,5 @@
-/// The rod in OMPL's terms: state space (metric (6)), control space, EXTEND as propagator, samplers, goal region.
-/// Private to planner, and included only by its .cpp files.
+/// The rod in OMPL's terms: state space (metric (6)), control space, EXTEND as propagator, samplers, goal
+/// region. Private to planner, and included only by its .cpp files.
 #pragma once
 
 #include <ompl/base/goals/GoalSampleableRegion.h>
@@ -20,7 +20,8 @@ namespace oc = ompl::control;
 /// A rod in motion as an OMPL state.
 struct State : ob::State {
   RodState rod;
-  /// How many EXTENDs from here led nowhere; the planner's nearest neighbour counts it (mutable: it is no part of the state).
+  /// How many EXTENDs from here led nowhere; the planner's nearest neighbour counts it (mutable: it is no
+  /// part of the state).
   mutable int failed_extends = 0;
 };
 
@@ -86,7 +87,8 @@ struct Work {
 /// EXTEND as OMPL's state propagator: depends on state and control alone.
 class Propagator : public oc::StatePropagator {
  public:
-  Propagator(const oc::SpaceInformationPtr& si, const RodModel& model, const ExtendSettings& settings, Work& work);
+  Propagator(const oc::SpaceInformationPtr& si, const RodModel& model, const ExtendSettings& settings,
+             Work& work);
   void propagate(const ob::State* state, const oc::Control* control, double duration,
                  ob::State* result) const override;
 

@@ -19,8 +19,8 @@ std::string misplacement(const RodShape& shape, const Scenario& scenario, const 
   const std::vector<Vector3> positions = positionsOf(shape);
   for (std::size_t i = 0; i < positions.size(); ++i)
     if (!scenario.environment.workspace.contains(positions[i]))
-      return fmt::format("leaves environment.workspace_m at node {} ({:.4g}, {:.4g}, {:.4g} m)", i, positions[i].x(),
-                         positions[i].y(), positions[i].z());
+      return fmt::format("leaves environment.workspace_m at node {} ({:.4g}, {:.4g}, {:.4g} m)", i,
+                         positions[i].x(), positions[i].y(), positions[i].z());
   const Obstacles::Clearance near = obstacles.clearance(positions, scenario.rod.radius);
   if (near.segment >= 0 && near.distance <= scenario.rod.radius) {
     const auto k = static_cast<std::size_t>(near.segment);
@@ -42,37 +42,42 @@ RodShape judgedShape(const Scenario& scenario, const Obstacles& obstacles, const
                      const std::string& key) {
   const std::string where = scenario.file.string();
   if (scenario.environment.gravity.norm() > 0)
-    throw InputError(fmt::format(
-        "{}: environment.gravity_m_s2 is not zero; the static equilibria that planning starts from are computed without "
-        "gravity. Set it to [0, 0, 0] to plan, or use `tendril simulate`.",
-        where));
+    throw InputError(
+        fmt::format("{}: environment.gravity_m_s2 is not zero; the static equilibria that planning starts "
+                    "from are computed without "
+                    "gravity. Set it to [0, 0, 0] to plan, or use `tendril simulate`.",
+                    where));
   if (const auto* chart = std::get_if<PoseAndWrench>(&placement)) {
     EquilibriumIntegrator integrator(scenario.rod);
     Equilibrium rod;
     if (integrator.solve(chart->pose, chart->wrench, rod) == ChartStatus::inverted)
-      throw InputError(fmt::format(
-          "{}: {}.wrench compresses the rod to nothing (stretch 1 + u4 <= 0.05): no static equilibrium; lower its force.",
-          where, key));
-    if (rod.stability != Stability::stable)
-      throw InputError(fmt::format(
-          "{}: {} is an equilibrium but not a stable one: stability is lost at {:.3f} of the length; lower {}.wrench.",
-          where, key, rod.first_conjugate_t.value_or(1.0), key));
-    if (const std::string wrong = misplacement(rod.nodes, scenario, obstacles); !wrong.empty())
       throw InputError(
-          fmt::format("{}: {} shape {}; move {}.pose, change its wrench or thin the rod.", where, key, wrong, key));
+          fmt::format("{}: {}.wrench compresses the rod to nothing (stretch 1 + u4 <= 0.05): no static "
+                      "equilibrium; lower its force.",
+                      where, key));
+    if (rod.stability != Stability::stable)
+      throw InputError(
+          fmt::format("{}: {} is an equilibrium but not a stable one: stability is lost at {:.3f} of the "
+                      "length; lower {}.wrench.",
+                      where, key, rod.first_conjugate_t.value_or(1.0), key));
+    if (const std::string wrong = misplacement(rod.nodes, scenario, obstacles); !wrong.empty())
+      throw InputError(fmt::format("{}: {} shape {}; move {}.pose, change its wrench or thin the rod.", where,
+                                   key, wrong, key));
     return rod.nodes;
   }
   const std::vector<Equilibrium> found = equilibriaOf(scenario.rod, placement);
   if (found.empty())
-    throw InputError(fmt::format(
-        "{}: no stable static equilibrium was found between {}.grippers.first and last; bring them nearer to each other "
-        "than the rod's length, or give {}.pose and {}.wrench.",
-        where, key, key, key));
+    throw InputError(
+        fmt::format("{}: no stable static equilibrium was found between {}.grippers.first and last; bring "
+                    "them nearer to each other "
+                    "than the rod's length, or give {}.pose and {}.wrench.",
+                    where, key, key, key));
   for (const Equilibrium& rod : found)
     if (misplacement(rod.nodes, scenario, obstacles).empty()) return rod.nodes;
-  throw InputError(fmt::format("{}: {} shape {} (the least of {} stable equilibria between these grippers, none of "
-                               "which is free); move {}.grippers or thin the rod.",
-                               where, key, misplacement(found.front().nodes, scenario, obstacles), found.size(), key));
+  throw InputError(
+      fmt::format("{}: {} shape {} (the least of {} stable equilibria between these grippers, none of "
+                  "which is free); move {}.grippers or thin the rod.",
+                  where, key, misplacement(found.front().nodes, scenario, obstacles), found.size(), key));
 }
 
 }  // namespace
@@ -81,14 +86,16 @@ RodShape startShape(const Scenario& scenario, const Obstacles& obstacles, bool a
   const std::string where = scenario.file.string();
   if (!scenario.start)
     throw InputError(fmt::format(
-        "{}: start is missing: give start.pose with start.wrench, or start.grippers with first and last.", where));
+        "{}: start is missing: give start.pose with start.wrench, or start.grippers with first and last.",
+        where));
   if (!any_shape) return judgedShape(scenario, obstacles, *scenario.start, "start");
   RodShape shape;
   if (const auto* chart = std::get_if<PoseAndWrench>(&*scenario.start)) {
     EquilibriumIntegrator integrator(scenario.rod);
     Equilibrium rod;
     if (integrator.shape(chart->pose, chart->wrench, rod) == ChartStatus::inverted)
-      throw InputError(fmt::format("{}: start.wrench compresses the rod to nothing; lower its force.", where));
+      throw InputError(
+          fmt::format("{}: start.wrench compresses the rod to nothing; lower its force.", where));
     shape = rod.nodes;
   } else {
     const std::vector<Equilibrium> found = equilibriaOf(scenario.rod, *scenario.start);
