@@ -24,8 +24,8 @@ struct Box {
 
 struct Environment {
   std::vector<MeshReference> meshes;
-  Box workspace;           // every node stays inside; samples are drawn here
-  double friction = 0.0;   // Coulomb coefficient between rod and obstacles
+  Box workspace;                      // every node stays inside; samples are drawn here
+  double friction = 0.0;              // Coulomb coefficient between rod and obstacles
   Vector3 gravity = Vector3::Zero();  // m/s^2
 };
 
@@ -47,14 +47,15 @@ enum class Scheme { implicit_euler, second_order };
 struct SimulationSettings {
   bool inertia = true;  // false: overdamped settling
   Scheme scheme = Scheme::implicit_euler;
-  double time_step = 0.02;          // s
-  double drag = 2.0;                // 1/s, mass-proportional: a free motion decays as exp(-drag t)
-  double stiffness_damping = 0.002; // s, Rayleigh beta
-  double contact_distance = 0.0;    // m, the barrier's reach dhat; default filled in on reading (optional key of ours)
+  double time_step = 0.02;           // s
+  double drag = 2.0;                 // 1/s, mass-proportional: a free motion decays as exp(-drag t)
+  double stiffness_damping = 0.002;  // s, Rayleigh beta
+  double contact_distance =
+      0.0;  // m, the barrier's reach dhat; default filled in on reading (optional key of ours)
 };
 
-/// The goal region: every state whose two gripper frames lie within `position` (and `angle`) of the goal's and, where
-/// `shape` is given, whose every node lies within it of the goal's shape.
+/// The goal region: every state whose two gripper frames lie within `position` (and `angle`) of the goal's
+/// and, where `shape` is given, whose every node lies within it of the goal's shape.
 struct Goal {
   Placement placement;
   double position_tolerance = 0.05;       // m
@@ -62,27 +63,30 @@ struct Goal {
   std::optional<double> shape_tolerance;  // m
 };
 
-/// Settings of the planner, see docs/scenario.md for each. Defaults are what `--planner tendril` was tuned for.
+/// Settings of the planner, see docs/scenario.md for each. Defaults are what `--planner tendril` was tuned
+/// for.
 struct PlannerSettings {
-  double goal_bias = 0.2;             // probability of aiming at the goal
-  int extend_limit = 0;               // EXTENDs after which planning gives up; 0: only the time limit
-  double reach_fraction = 0.01;       // epsilon of Algorithm 1 as a fraction of L
-  double phase_limit_s = 2.0;         // simulated time one phase of EXTEND may take
-  double stall_fraction = 0.1;        // a phase ends when no node moves faster than this fraction of max_speed
-  double explore_time_step_s = 0.05;  // time step of the coarse exploration
-  int explore_elements = 12;          // elements of the coarse exploration; 0: the rod's own
-  int explore_newton_iterations = 2;  // Newton iterations a coarse step may take
+  double goal_bias = 0.2;        // probability of aiming at the goal
+  int extend_limit = 0;          // EXTENDs after which planning gives up; 0: only the time limit
+  double reach_fraction = 0.01;  // epsilon of Algorithm 1 as a fraction of L
+  double phase_limit_s = 2.0;    // simulated time one phase of EXTEND may take
+  double stall_fraction = 0.1;   // a phase ends when no node moves faster than this fraction of max_speed
+  double explore_time_step_s = 0.05;         // time step of the coarse exploration
+  int explore_elements = 12;                 // elements of the coarse exploration; 0: the rod's own
+  int explore_newton_iterations = 2;         // Newton iterations a coarse step may take
   double sample_moment = 6.283185307179586;  // half-width of the box of a: moments, EI/L
   double sample_force = 40.0;                // half-width of the box of a: forces, EI/L^2
 };
 
-/// Calls visit(key, field, low, high, unit, meaning) for every setting, so that reader, writer and docs agree.
+/// Calls visit(key, field, low, high, unit, meaning) for every setting, so that reader, writer and docs
+/// agree.
 template <class Settings, class Visit>
 void visitPlannerSettings(Settings& s, Visit&& visit) {
   visit("goal_bias", s.goal_bias, 0.0, 1.0, "-", "probability of aiming at the goal");
   visit("extend_limit", s.extend_limit, 0, 1000000000, "-",
         "EXTENDs after which planning gives up; 0: only the time limit");
-  visit("reach_fraction", s.reach_fraction, 1e-6, 1.0, "L", "a gripper has arrived within this of its target");
+  visit("reach_fraction", s.reach_fraction, 1e-6, 1.0, "L",
+        "a gripper has arrived within this of its target");
   visit("phase_limit_s", s.phase_limit_s, 1e-3, 1e3, "s", "simulated time one phase of EXTEND may take");
   visit("stall_fraction", s.stall_fraction, 0.0, 1.0, "max_speed",
         "a phase ends when no node moves faster than this; 0: never; the planner paper has none");
@@ -101,13 +105,13 @@ struct Scenario {
   Environment environment;
   GripperLimits grippers;
   SimulationSettings simulation;
-  std::optional<Placement> start;   // needs pose and wrench, or both grippers
-  std::optional<Pose> start_pose;   // start.pose if there is one, even without a wrench
+  std::optional<Placement> start;  // needs pose and wrench, or both grippers
+  std::optional<Pose> start_pose;  // start.pose if there is one, even without a wrench
   std::optional<Goal> goal;
   PlannerSettings planner;
 
-  std::filesystem::path file;       // where it was read (absolute, normalised)
-  std::string sha256;               // of the file's bytes
+  std::filesystem::path file;  // where it was read (absolute, normalised)
+  std::string sha256;          // of the file's bytes
 
   // Kept so that toJson writes the file's own form; exactly one is set.
   struct Moduli {
@@ -121,23 +125,26 @@ struct Scenario {
   [[nodiscard]] std::filesystem::path meshPath(const MeshReference& mesh) const;
 };
 
-/// Reads and checks a scenario file. Throws InputError: file, line, key, what is wrong, the nearest valid key.
+/// Reads and checks a scenario file. Throws InputError: file, line, key, what is wrong, the nearest valid
+/// key.
 [[nodiscard]] Scenario readScenario(const std::filesystem::path& file);
 /// The same from text; `file` is what messages and relative mesh paths refer to. Sets sha256 of the text.
 [[nodiscard]] Scenario parseScenario(const std::string& text, const std::filesystem::path& file);
-/// The same from JSON that is part of another document; `where` names it in messages ("out/solution.json: scenario").
-/// Leaves `file` and `sha256` empty.
+/// The same from JSON that is part of another document; `where` names it in messages ("out/solution.json:
+/// scenario"). Leaves `file` and `sha256` empty.
 [[nodiscard]] Scenario scenarioFromJson(const nlohmann::json& json, const std::string& where);
-/// The scenario with every default filled in, in the scenario format; parseScenario(toJson(s).dump()) gives s back, every
-/// number bit for bit.
+/// The scenario with every default filled in, in the scenario format; parseScenario(toJson(s).dump()) gives s
+/// back, every number bit for bit.
 [[nodiscard]] nlohmann::ordered_json toJson(const Scenario& scenario);
 /// {position_m: [x, y, z], orientation_wxyz: [w, x, y, z]}
 [[nodiscard]] nlohmann::ordered_json toJson(const Pose& pose);
 
-/// Reads {"controls": [...]}: times ascending without gaps from 0, held ends allowed by `grippers`, `moving` held or null.
-[[nodiscard]] std::vector<Control> readControls(const std::filesystem::path& file, const GripperLimits& grippers);
-/// The list alone, from JSON that is part of another document. Judges types and poses, not whether the controls agree
-/// with each other or with a scenario. `where` as above.
+/// Reads {"controls": [...]}: times ascending without gaps from 0, held ends allowed by `grippers`, `moving`
+/// held or null.
+[[nodiscard]] std::vector<Control> readControls(const std::filesystem::path& file,
+                                                const GripperLimits& grippers);
+/// The list alone, from JSON that is part of another document. Judges types and poses, not whether the
+/// controls agree with each other or with a scenario. `where` as above.
 [[nodiscard]] std::vector<Control> controlsFromJson(const nlohmann::json& list, const std::string& where);
 [[nodiscard]] nlohmann::ordered_json toJson(const Control& control);
 

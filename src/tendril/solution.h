@@ -18,23 +18,24 @@ struct Provenance {
   nlohmann::json planner = nlohmann::json::object();  // {"name": ..., settings ...}
   double wall_time = 0, cpu_time = 0;                 // s
   std::int64_t iterations = 0, states = 0, steps = 0;
-  double simulated_time = 0;                          // s
+  double simulated_time = 0;  // s
   std::string host;
 };
 
 struct Solution {
   PlanStatus status = PlanStatus::simulated;
-  Scenario scenario;                      // with scenario.file resolved to an absolute path
-  std::vector<std::string> mesh_sha256;   // as recorded in the file
+  Scenario scenario;                     // with scenario.file resolved to an absolute path
+  std::vector<std::string> mesh_sha256;  // as recorded in the file
   Provenance run;
   std::vector<Control> controls;
   Trajectory trajectory;
 };
 
-/// Writes solution.json atomically; scenario.file is stored relative to its folder, numbers with 17 significant digits.
+/// Writes solution.json atomically; scenario.file is stored relative to its folder, numbers with 17
+/// significant digits.
 void writeSolution(const Solution& solution, const std::filesystem::path& file);
-/// Reads and checks a solution. `scenario_override` replaces where the scenario (and so its meshes) is looked for; its
-/// contents still come from the solution. Throws InputError with file, key and what is wrong.
+/// Reads and checks a solution. `scenario_override` replaces where the scenario (and so its meshes) is looked
+/// for; its contents still come from the solution. Throws InputError with file, key and what is wrong.
 [[nodiscard]] Solution readSolution(const std::filesystem::path& file,
                                     const std::optional<std::filesystem::path>& scenario_override = {});
 /// sha256 of every mesh file of a scenario, in order. Throws InputError if one is missing.

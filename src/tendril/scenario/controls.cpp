@@ -2,8 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "document.h"
 #include "tendril/scenario.h"
+#include "tendril/scenario/document.h"
 
 namespace tendril {
 namespace {

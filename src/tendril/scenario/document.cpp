@@ -1,4 +1,4 @@
-#include "document.h"
+#include "tendril/scenario/document.h"
 
 #include <fmt/format.h>
 

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <type_traits>
 
-#include "document.h"
 #include "tendril/scenario.h"
+#include "tendril/scenario/document.h"
 
 namespace tendril {
 namespace fs = std::filesystem;

@@ -7,12 +7,12 @@
 #include <map>
 #include <sstream>
 
-#include "document.h"
+#include "tendril/scenario/document.h"
 
 namespace tendril {
 namespace {
 
-constexpr std::size_t kMaxDepth = 32;          // of nesting; a scenario needs 6
+constexpr std::size_t kMaxDepth = 32;        // of nesting; a scenario needs 6
 constexpr std::size_t kMaxValues = 500'000;  // aliases can make a short text into a huge tree
 
 /// The length of the UTF-8 sequence at the front of `bytes`, 0 if there is none (overlong forms and
