@@ -1,7 +1,9 @@
-/// tendril/dynamics.h: the geometrically exact rod with contact, friction and grippers, one time step at a time.
+/// tendril/dynamics.h: the geometrically exact rod with contact, friction and grippers, one time step at a
+/// time.
 ///
-/// Every step minimises an incremental potential by Newton's method; every Newton step is cut back by continuous
-/// collision detection, so no iterate ever penetrates. src/tendril/dynamics/README.md has the equations.
+/// Every step minimises an incremental potential by Newton's method; every Newton step is cut back by
+/// continuous collision detection, so no iterate ever penetrates. src/tendril/dynamics/README.md has the
+/// equations.
 #pragma once
 
 #include <atomic>
@@ -16,10 +18,12 @@ namespace tendril {
 /// How exactly a step is solved. The motion is free of penetration whatever stands here.
 struct NewtonSettings {
   int max_iterations = 30;
-  double tolerance = 1e-4;  // largest node motion (L, rad) of the last iteration, whose error is about its square
+  double tolerance =
+      1e-4;  // largest node motion (L, rad) of the last iteration, whose error is about its square
 };
 
-/// Everything about a simulation that does not change while it runs. Refers to the obstacles, does not own them.
+/// Everything about a simulation that does not change while it runs. Refers to the obstacles, does not own
+/// them.
 struct RodModel {
   RodModel(const Scenario& scenario, const Obstacles& obstacles);
 
@@ -36,13 +40,14 @@ struct RodModel {
 /// What one gripper does during one step.
 struct GripperGoal {
   bool held = false;
-  Pose pose;  // the pose the held end is driven to in this step; unused if free
+  bool moving = false;  // false: the drive is braked and does not give way
+  Pose pose;            // the pose the held end is driven to in this step; unused if free
 };
 
 struct StepReport {
   enum class Status { converged, iteration_limit, stalled } status = Status::converged;
   int iterations = 0;
-  int contacts = 0;        // active contact terms at the end of the step
+  int contacts = 0;  // active contact terms at the end of the step
 };
 
 /// Scratch memory of step(): reused, so that a step allocates nothing after the first. One per thread.
@@ -51,9 +56,9 @@ class RodWorkspace {
   RodWorkspace();
   ~RodWorkspace();
   RodWorkspace(RodWorkspace&&) noexcept;
-  /// The shapes the last step passed through, each reached from the one before (the first from the step's start) with
-  /// every node on a straight line, certified free; the last is the step's result. One element if the straight line from
-  /// start to result is itself free.
+  /// The shapes the last step passed through, each reached from the one before (the first from the step's
+  /// start) with every node on a straight line, certified free; the last is the step's result. One element if
+  /// the straight line from start to result is itself free.
   [[nodiscard]] std::span<const RodShape> wayPoints() const;
 
   struct Impl;
@@ -67,11 +72,12 @@ class RodWorkspace {
 StepReport step(const RodModel& model, const std::array<GripperGoal, 2>& goals, RodState& state,
                 RodWorkspace& workspace, bool record_way_points = false);
 
-/// The pose a gripper at `from` is driven to within one step toward `target`: straight line, shortest turn, at most
-/// max_speed dt and max_turn dt.
+/// The pose a gripper at `from` is driven to within one step toward `target`: straight line, shortest turn,
+/// at most max_speed dt and max_turn dt.
 [[nodiscard]] Pose approach(const Pose& from, const Pose& target, const GripperLimits& limits, double dt);
 
-/// Carries out one control step by step: holds what is held at the pose it has at the start, moves what moves.
+/// Carries out one control step by step: holds what is held at the pose it has at the start, moves what
+/// moves.
 class ControlRunner {
  public:
   ControlRunner(const RodModel& model, const Control& control, const RodState& state);
@@ -93,6 +99,9 @@ class TrajectoryRecorder {
   StepReport advance(ControlRunner& runner, const Control& control, RodState& state, RodWorkspace& workspace);
 
   [[nodiscard]] std::int64_t steps() const { return steps_; }
+  /// Whether the last step's way points carried a held end a longer way than 1.45 times its speed limit
+  /// allows: the end went and came back within the step. A plan must not contain such a step.
+  [[nodiscard]] bool tooFast() const { return too_fast_; }
   [[nodiscard]] double time() const { return trajectory_.time_s.back(); }
   /// Forgets all that came after `steps` steps. `states` is trajectory().shapes.size() as it was then.
   void truncate(std::int64_t steps, std::size_t states);
@@ -104,6 +113,7 @@ class TrajectoryRecorder {
   Trajectory trajectory_;
   std::int64_t steps_ = 0;
   std::vector<double> shares_;
+  bool too_fast_ = false;
 };
 
 /// What became of a simulation of several controls.
@@ -117,7 +127,8 @@ struct SimulationResult {
 /// The number of time steps of a control; its times are multiples of the time step. Throws InputError if not.
 [[nodiscard]] int stepCount(const Control& control, double time_step);
 
-/// Simulates the controls from `start` (at rest). Deterministic: the same model, start and controls give the same bytes.
+/// Simulates the controls from `start` (at rest). Deterministic: the same model, start and controls give the
+/// same bytes.
 [[nodiscard]] SimulationResult simulate(const RodModel& model, const RodShape& start,
                                         std::span<const Control> controls,
                                         const std::atomic<bool>* cancel = nullptr);

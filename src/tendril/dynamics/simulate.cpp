@@ -26,7 +26,8 @@ StepReport ControlRunner::advance(RodState& state, RodWorkspace& workspace, bool
   for (const End end : kBothEnds) {
     GripperGoal& goal = goals[static_cast<std::size_t>(end)];
     goal.held = control_.isHeld(end);
-    if (control_.moving == end)
+    goal.moving = control_.moving == end;
+    if (goal.moving)
       goal.pose =
           approach(endPose(state.nodes, end), control_.target, model_.grippers, model_.simulation.time_step);
     else
@@ -78,13 +79,17 @@ StepReport TrajectoryRecorder::advance(ControlRunner& runner, const Control& con
   const double before = out.time_s.back(), after = static_cast<double>(steps_) * model_.simulation.time_step;
   const auto way = workspace.wayPoints();
   // Way points share the step's time in proportion to how far the held ends travel, and a little each.
-  shares_.assign(way.size(), 0);
+  const double dt = model_.simulation.time_step, least_share = 0.05 * dt;
+  shares_.assign(way.size(), least_share);
   double total = 0, passed = 0;
   for (std::size_t j = 0; j < way.size(); ++j) {
     const RodShape& from = j == 0 ? out.shapes.back() : way[j - 1];
-    shares_[j] = travelTime(from, way[j], control.held, model_.grippers) + 0.05 * model_.simulation.time_step;
+    shares_[j] += travelTime(from, way[j], control.held, model_.grippers);
     total += shares_[j];
   }
+  too_fast_ = std::any_of(shares_.begin(), shares_.end(), [&](double share) {
+    return share - least_share > 1.45 * dt * share / total;  // travel against the time it is given
+  });
   for (std::size_t j = 0; j + 1 < way.size(); ++j) {
     passed += shares_[j];
     out.time_s.push_back(before + (after - before) * (passed / total));

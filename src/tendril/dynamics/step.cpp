@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "tendril/dynamics.h"
@@ -17,17 +18,37 @@ constexpr double kKeptGap = 0.1;                             // fraction of ever
 constexpr double kLeastStretch = 0.81, kMostStretch = 1.24;  // of an element, along every straight motion
 constexpr double kLargestNodeMotion = 0.24;                  // of L, along one straight motion
 
-/// A capped spring on a held end: quadratic up to the cap, then linear (a gripper gives way at its largest
-/// force).
-struct CappedSpring {
-  double stiffness, cap;
-  [[nodiscard]] double energy(double x) const {
-    return stiffness * x <= cap ? 0.5 * stiffness * x * x : cap * (x - 0.5 * cap / stiffness);
+/// A spring on |x|, x a displacement [m] or a rotation vector [rad]: at ease up to `slack`, then linear, its
+/// force never more than `cap`. The grippers' PD law as a potential.
+struct Spring {
+  double stiffness = 0, slack = 0, cap = std::numeric_limits<double>::infinity();
+
+  struct Value {
+    double energy, slope, curvature;  // by |x|
+  };
+  [[nodiscard]] Value operator()(double length) const {
+    const double d = length - slack;
+    if (d <= 0) return {0, 0, 0};
+    if (stiffness * d > cap) return {cap * (d - 0.5 * cap / stiffness), cap, 0};
+    return {0.5 * stiffness * d * d, stiffness * d, stiffness};
   }
-  /// Force over displacement: the gradient is secant(x) x, and the least curvature in any direction is at
-  /// most this.
-  [[nodiscard]] double secant(double x) const { return stiffness * x <= cap ? stiffness : cap / x; }
-  [[nodiscard]] bool yields(double x) const { return stiffness * x > cap; }
+};
+
+/// What holds one end during a step: springs to a pose, and brakes that keep the drive from being pushed
+/// faster than it goes.
+struct Grip {
+  Pose target, start;
+  Spring pull, turn;                // toward target
+  Spring travel_brake, turn_brake;  // on the way from start
+
+  template <class Visit>  // visit(spring, x in the frame of `at`, is a rotation)
+  void visit(const Pose& at, Visit&& visit) const {
+    const Quaternion inverse = at.rotation.conjugate();
+    visit(pull, Vector3(inverse * (at.position - target.position)), false);
+    visit(travel_brake, Vector3(inverse * (at.position - start.position)), false);
+    visit(turn, logSO3(target.rotation.conjugate() * at.rotation), true);
+    visit(turn_brake, logSO3(start.rotation.conjugate() * at.rotation), true);
+  }
 };
 
 /// The smallest length, over t in [0, 1], of a vector that moves from e by t d.
@@ -48,7 +69,7 @@ struct RodWorkspace::Impl {
   double inertia_weight = 0;         // 1/s^2: what multiplies the mass in the incremental potential
   Vector3 rotary = Vector3::Zero();  // rho J per length: (2I, I, I) rho, kg m
   std::array<GripperGoal, 2> goals;
-  std::array<CappedSpring, 2> springs_position, springs_rotation;
+  std::array<Grip, 2> grips;
 
   // The iterate.
   std::vector<Node> nodes, trial;
@@ -91,8 +112,8 @@ struct RodWorkspace::Impl {
       const auto e = static_cast<std::size_t>(end);
       if (!goals[e].held) continue;
       const Pose& q = (end == End::first ? at.front() : at.back()).pose;
-      sum += springs_position[e].energy((q.position - goals[e].pose.position).norm());
-      sum += springs_rotation[e].energy(angleBetween(goals[e].pose.rotation, q.rotation));
+      grips[e].visit(q,
+                     [&](const Spring& spring, const Vector3& x, bool) { sum += spring(x.norm()).energy; });
     }
     return sum;
   }
@@ -133,21 +154,18 @@ struct RodWorkspace::Impl {
       const auto e = static_cast<std::size_t>(end);
       if (!goals[e].held) continue;
       const std::size_t i = end == End::first ? 0 : nodes.size() - 1;
-      const Matrix3& r = nodes[i].rotation;
-      // Position: secant x; once it yields, no curvature along x.
-      const Vector3 x = r.transpose() * (nodes[i].pose.position - goals[e].pose.position);
-      const double distance = x.norm(), k = springs_position[e].secant(distance);
-      system.rhs[i].tail<3>() -= k * x;
-      Matrix3 h = k * Matrix3::Identity();
-      if (springs_position[e].yields(distance)) h -= k / (distance * distance) * x * x.transpose();
-      system.diagonal[i].bottomRightCorner<3, 3>() += h;
-      // Rotation vector theta: its gradient is secant theta exactly, for Jr(theta)^T theta = theta.
-      const Vector3 theta = logSO3(goals[e].pose.rotation.conjugate() * nodes[i].pose.rotation);
-      const double angle = theta.norm(), kr = springs_rotation[e].secant(angle);
-      system.rhs[i].head<3>() -= kr * theta;
-      h = kr * Matrix3::Identity();
-      if (springs_rotation[e].yields(angle)) h -= kr / (angle * angle) * theta * theta.transpose();
-      system.diagonal[i].topLeftCorner<3, 3>() += h;
+      // Radial potentials; for rotations the gradient by w is exact, for Jr(theta)^T theta = theta.
+      grips[e].visit(nodes[i].pose, [&](const Spring& spring, const Vector3& x, bool rotation) {
+        const double length = x.norm();
+        const Spring::Value f = spring(length);
+        const double secant = length > 0 ? f.slope / length : f.curvature;
+        if (secant == 0 && spring.slack > 0) return;
+        const int at = rotation ? 0 : 3;
+        system.rhs[i].segment<3>(at) -= secant * x;
+        Matrix3 h = secant * Matrix3::Identity();
+        if (length > 0) h += (f.curvature - secant) / (length * length) * x * x.transpose();
+        system.diagonal[i].block<3, 3>(at, at) += h;
+      });
     }
   }
 
@@ -194,6 +212,24 @@ struct RodWorkspace::Impl {
     std::swap(psi, trial_psi);
     std::swap(wrenches, trial_wrenches);
     if (record) recordIterate(nodes);
+  }
+
+  /// Whether every held end is, after `fraction` of the step, within 1.25 times a time step's travel of where
+  /// it started (or no farther from there than it is now).
+  [[nodiscard]] bool gripsKeepSpeed(const RodModel& model, double fraction) const {
+    const double dt = model.simulation.time_step;
+    for (std::size_t e = 0; e < 2; ++e) {
+      if (!goals[e].held) continue;
+      const std::size_t i = e == 0 ? 0 : nodes.size() - 1;
+      const Pose &start = grips[e].start, &now = nodes[i].pose;
+      const Vector3 w = fraction * system.rhs[i].head<3>();
+      const double travel = (positions[i] + fraction * motion[i] - start.position).norm();
+      const double turned = angleBetween(start.rotation, now.rotation * expSO3(w));
+      if (travel > std::max(1.25 * model.grippers.max_speed * dt, (now.position - start.position).norm()) ||
+          turned > std::max(1.25 * model.grippers.max_turn * dt, angleBetween(start.rotation, now.rotation)))
+        return false;
+    }
+    return true;
   }
 
   void recordIterate(const std::vector<Node>& at) {
@@ -315,14 +351,20 @@ void prepare(const RodModel& model, const std::array<GripperGoal, 2>& goals, con
     w.wrenches[k] = w.elements[k].wrench(w.psi[k]);
   }
 
-  // Grippers: PD as an implicit spring. The moving target advances at most v dt, so the largest force is
-  // reached when the end lags by that much; an end held still uses the same stiffness.
+  // Grippers: PD as implicit springs that reach the largest force within 0.2 % of L and the largest torque
+  // within 0.02 rad. A moving end gives way at these; one held still is clamped. None is pushed faster than a
+  // fifth above its speed.
   w.goals = goals;
+  const GripperLimits& limits = model.grippers;
   for (std::size_t e = 0; e < 2; ++e) {
-    w.springs_position[e] = {model.grippers.max_force / (model.grippers.max_speed * dt),
-                             model.grippers.max_force};
-    w.springs_rotation[e] = {model.grippers.max_torque / (model.grippers.max_turn * dt),
-                             model.grippers.max_torque};
+    Grip& grip = w.grips[e];
+    grip.target = goals[e].pose;
+    grip.start = e == 0 ? state.nodes.front() : state.nodes.back();
+    grip.pull = {.stiffness = limits.max_force / (0.002 * rod.length)};
+    grip.turn = {.stiffness = limits.max_torque / 0.02};
+    if (goals[e].moving) grip.pull.cap = limits.max_force, grip.turn.cap = limits.max_torque;
+    grip.travel_brake = {.stiffness = grip.pull.stiffness, .slack = 1.1 * limits.max_speed * dt};
+    grip.turn_brake = {.stiffness = grip.turn.stiffness, .slack = 1.1 * limits.max_turn * dt};
   }
 
   w.has_contacts = !model.obstacles->faces().empty();
@@ -343,6 +385,7 @@ double filter(const RodModel& model, double fraction, RodWorkspace::Impl& w) {
   while (!RodWorkspace::Impl::motionKeepsLimits(w.positions, w.motion, fraction, h, model.rod.length) &&
          fraction > 1e-9)
     fraction *= 0.5;
+  for (int halvings = 0; halvings < 8 && !w.gripsKeepSpeed(model, fraction); ++halvings) fraction *= 0.5;
   if (!w.has_contacts) return fraction;
   for (std::size_t i = 0; i < w.motion.size(); ++i) w.limited_motion[i] = fraction * w.motion[i];
   w.contacts.findCandidates(w.positions, w.limited_motion);

@@ -62,7 +62,7 @@ ExtendReport Extend::operator()(const ExtendControl& extend, RodState& state, Ro
       const bool inside = std::all_of(state.nodes.begin(), state.nodes.end(), [&](const Pose& node) {
         return model_.workspace.contains(node.position);
       });
-      if (!inside) {
+      if (!inside || (recorder && recorder->tooFast())) {
         std::swap(state, before);
         if (recorder) recorder->truncate(recorder->steps() - 1, states);
         break;

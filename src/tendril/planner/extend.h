@@ -38,7 +38,8 @@ struct ExtendReport {
 
 /// Carries EXTEND out from `state`. Both loops run while the distance is > epsilon (the paper prints <) and
 /// no longer than phase_limit; a phase that would carry a node out of the workspace ends with the last state
-/// inside. With a recorder the motion is written down. `stop` is asked before every step.
+/// inside. With a recorder the motion is written down, and a step that is TrajectoryRecorder::tooFast() ends
+/// the phase likewise. `stop` is asked before every step.
 class Extend {
  public:
   Extend(const RodModel& model, const ExtendSettings& settings) : model_(model), settings_(settings) {}

@@ -326,8 +326,9 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
     states += found.states;
     // An approximate motion is replayed even when the time is up: it is what the caller gets.
     const std::function<bool()> stop = [&] { return reason == Reason::none && interrupted(); };
-    Replay replay =
-        replayExactly(exact.model(), exact.extendSettings(), exact.goal(), start, found.chain, stop);
+    const std::vector<ExtendControl> chain =
+        coarsely && found.exact ? explorer.shortened(start, found.chain) : found.chain;
+    Replay replay = replayExactly(exact.model(), exact.extendSettings(), exact.goal(), start, chain, stop);
     replay_steps += replay.steps;
     solved = replay.reached;
     nearest = std::min(nearest, replay.nearest);
