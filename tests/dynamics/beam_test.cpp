@@ -74,7 +74,8 @@ double curvatureAlong(const Case& c, const Vector6& di, const Vector6& dj) {
 }
 
 TEST(Beam, GeometricStiffnessMakesTheHessianExactToFirstOrderInTheElementLength) {
-  // What plain Gauss-Newton misses is known but for a fraction h (of the rod's length, 1), and the rest shrinks with h.
+  // What plain Gauss-Newton misses is known but for a fraction h (of the rod's length, 1), and the rest
+  // shrinks with h.
   double previous = 0;
   for (const double h : {0.2, 0.1, 0.05}) {
     Random random(2);
@@ -93,7 +94,9 @@ TEST(Beam, GeometricStiffnessMakesTheHessianExactToFirstOrderInTheElementLength)
       error += std::abs(form(full) - exact), without += std::abs(form(plain) - exact);
     }
     EXPECT_LT(error, h * without) << "h = " << h;
-    if (previous > 0) { EXPECT_LT(error, 0.75 * previous) << "h = " << h; }
+    if (previous > 0) {
+      EXPECT_LT(error, 0.75 * previous) << "h = " << h;
+    }
     previous = error;
   }
 }

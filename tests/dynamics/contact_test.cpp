@@ -16,7 +16,7 @@ struct Probe {
   contact::Contacts contacts;
   std::vector<beam::Node> nodes{2};
 
-  explicit Probe(const Obstacles& o) : obstacles(o) { contacts.prepare(o, 0.01, {0.005, 3.0}, 2); }
+  explicit Probe(const Obstacles& o) : obstacles(o) { contacts.prepare(o, RodProperties{}, {0.005, 3.0}); }
 
   double energyAt(const std::vector<Vector3>& p) {
     contacts.findCandidates(p, {Vector3::Zero(), Vector3::Zero()});
@@ -25,7 +25,8 @@ struct Probe {
   }
 };
 
-void expectGradientMatches(const Obstacles& obstacles, const Vector3& p0, const Vector3& p1, std::size_t at_least) {
+void expectGradientMatches(const Obstacles& obstacles, const Vector3& p0, const Vector3& p1,
+                           std::size_t at_least) {
   Probe probe(obstacles);
   Random random(1);
   const std::vector<Vector3> p = {p0, p1};
@@ -54,10 +55,10 @@ void expectGradientMatches(const Obstacles& obstacles, const Vector3& p0, const 
 
 TEST(Contact, GradientIsTheDerivativeOfTheEnergyAtFacesEdgesAndVertices) {
   const Obstacles o = obstaclesOf({block({-1, -1, -1}, {0, 0, 0})});
-  expectGradientMatches(o, {-0.5, -0.4, 0.012}, {-0.45, -0.4, 0.013}, 2);     // two nodes over a face
+  expectGradientMatches(o, {-0.5, -0.4, 0.012}, {-0.45, -0.4, 0.013}, 2);   // two nodes over a face
   expectGradientMatches(o, {-0.1, -0.52, 0.026}, {0.1, -0.5, 0.0}, 1);      // across an edge
-  expectGradientMatches(o, {0.05, -0.05, 0.013}, {-0.05, 0.06, 0.008}, 1);    // past the corner
-  expectGradientMatches(o, {0.008, 0.006, 0.009}, {0.1, 0.1, 0.15}, 1);       // a node before the corner
+  expectGradientMatches(o, {0.05, -0.05, 0.013}, {-0.05, 0.06, 0.008}, 1);  // past the corner
+  expectGradientMatches(o, {0.008, 0.006, 0.009}, {0.1, 0.1, 0.15}, 1);     // a node before the corner
 }
 
 TEST(Contact, GradientIsTheDerivativeOfTheEnergyNearlyParallelToAnEdge) {
@@ -107,7 +108,8 @@ void struggle(const Obstacles& obstacles, const RodShape& start, double friction
 }
 
 TEST(Contact, NoMotionBetweenWayPointsEverPenetrates) {
-  const Obstacles o = obstaclesOf({block({-0.3, -0.3, -0.5}, {0.3, 0.3, -0.02}), block({0.45, -1, -1}, {0.5, 1, 1})});
+  const Obstacles o =
+      obstaclesOf({block({-0.3, -0.3, -0.5}, {0.3, 0.3, -0.02}), block({0.45, -1, -1}, {0.5, 1, 1})});
   double least = std::numeric_limits<double>::infinity();
   int touching = 0;
   struggle(o, straight({Quaternion::Identity(), {-0.6, 0, 0.05}}, 1, 20), 0.3,
@@ -129,6 +131,84 @@ TEST(Contact, NoMotionBetweenWayPointsEverPenetrates) {
            });
   EXPECT_GE(least, 0.01 - 1e-12);
   EXPECT_GT(touching, 100);  // the test is about contact
+}
+
+/// A rod of five elements bent so that its first and last element nearly touch, the rest far away.
+std::vector<Vector3> hairpin(double angle, double lift) {
+  return {{0, 0, 0},
+          {0.1, 0, 0},
+          {0.4, 0.3, -0.3},
+          {0.4, -0.3, 0.3},
+          {0.1, 0.003, 0.022 + lift},
+          {0.1 - 0.1 * std::cos(angle), 0.003 + 0.1 * std::sin(angle), 0.022}};
+}
+
+TEST(Contact, SelfContactGradientIsTheDerivativeOfTheEnergyCrossingAndNearlyParallel) {
+  const double radius = 0.01;
+  for (const double angle : {0.5, 0.01, 0.001}) {
+    contact::SelfContacts contacts;
+    contacts.prepare(radius, 0.1, {0.005, 3.0});
+    const std::vector<Vector3> p = hairpin(angle, 0.0005), still(p.size(), Vector3::Zero());
+    const auto energy_at = [&](const std::vector<Vector3>& at) {
+      contacts.findCandidates(at, still);
+      EXPECT_TRUE(contacts.evaluate(at));
+      return contacts.energy();
+    };
+    Random random(2);
+    std::vector<beam::Node> nodes(p.size());
+    for (std::size_t i = 0; i < p.size(); ++i) {
+      nodes[i].pose = {random.rotation(), p[i]};
+      nodes[i].rotation = nodes[i].pose.rotation.toRotationMatrix();
+    }
+    EXPECT_GT(energy_at(p), 0) << angle;
+    BlockTridiagonal system;
+    system.resize(p.size());
+    system.setZero();
+    for (Vector6& r : system.rhs) r.setZero();
+    contacts.addDerivatives(nodes, system);
+    for (std::size_t i = 0; i < p.size(); ++i) {
+      const Vector3 gradient = -(nodes[i].rotation * system.rhs[i].tail<3>());
+      for (int k = 0; k < 3; ++k) {
+        std::vector<Vector3> plus = p, minus = p;
+        plus[i][k] += 1e-8, minus[i][k] -= 1e-8;
+        EXPECT_NEAR((energy_at(plus) - energy_at(minus)) / 2e-8, gradient[k],
+                    2e-5 * (gradient.norm() + 1e-3));
+      }
+    }
+  }
+}
+
+TEST(Contact, RodNeverPassesThroughItself) {
+  // Both ends are pulled across each other into a knot-to-be and on; without self-contact the strands would
+  // cross.
+  Scenario s = rodScenario(5e7, 24);
+  s.rod.self_contact = true;
+  s.simulation.contact_distance = 0.2 * s.rod.radius;
+  const Obstacles o = nothing();
+  const RodModel model(s, o);
+  RodState state = RodState::atRest(straight({Quaternion::Identity(), {-0.5, 0, 0}}, 1, 24));
+  RodWorkspace workspace;
+  double least = std::numeric_limits<double>::infinity();
+  const auto go = [&](End end, const Pose& target, int steps) {
+    Control control;
+    control.held = {true, true}, control.moving = end, control.target = target;
+    ControlRunner runner(model, control, state);
+    for (int k = 0; k < steps; ++k) {
+      runner.advance(state, workspace);
+      for (std::size_t i = 0; i + 1 < state.nodes.size(); ++i)
+        for (std::size_t j = i + 3; j + 1 < state.nodes.size(); ++j)
+          least =
+              std::min(least, closestPointsOfSegments(state.nodes[i].position, state.nodes[i + 1].position,
+                                                      state.nodes[j].position, state.nodes[j + 1].position)
+                                  .distance);
+    }
+  };
+  go(End::last, {expSO3({0, 0, 2.5}), {0.0, 0.3, 0.04}}, 80);
+  go(End::last, {expSO3({0, 0, 3.1}), {-0.45, 0.08, 0.08}}, 80);
+  go(End::last, {expSO3({0, 0, 3.1}), {-0.45, -0.08, -0.08}},
+     80);  // the straight way leads through the other strand
+  EXPECT_GT(least, 0.02);
+  EXPECT_LT(least, 0.0225) << state.nodes.back().position.transpose();  // it did touch
 }
 
 TEST(Contact, HeavyRodComesToRestOnAFloorWithinTheBarriersReach) {

@@ -1,4 +1,5 @@
-/// The rod without obstacles: against independent solutions of the Cosserat boundary value problem and exact laws.
+/// The rod without obstacles: against independent solutions of the Cosserat boundary value problem and exact
+/// laws.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -92,8 +93,12 @@ TEST(FreeRod, SecondOrderSchemeFollowsTheUndampedFallOfACantilever) {
   // E = 1e8, undamped: tip about (0.616, -0.720) at 0.5 s and (0.9993, 0.011) at 1 s.
   Scenario s = rodScenario(1e8, 40);
   s.environment.gravity = {0, 0, -9.81};
-  s.simulation = {.inertia = true, .scheme = Scheme::second_order, .time_step = 0.001, .drag = 0,
-                  .stiffness_damping = 0, .contact_distance = 0.005};
+  s.simulation = {.inertia = true,
+                  .scheme = Scheme::second_order,
+                  .time_step = 0.001,
+                  .drag = 0,
+                  .stiffness_damping = 0,
+                  .contact_distance = 0.005};
   s.grippers.max_force = 1e6, s.grippers.max_torque = 1e6;
   const Obstacles obstacles = nothing();
   const RodModel model(s, obstacles);

@@ -68,9 +68,10 @@ inline double bruteForceDistance(const RodShape& shape, const Obstacles& obstacl
   const auto v = obstacles.vertices();
   for (const Obstacles::Face& f : obstacles.faces())
     for (std::size_t i = 0; i + 1 < shape.size(); ++i)
-      least = std::min(least, closestPointsOfSegmentAndTriangle(
-                                  shape[i].position, shape[i + 1].position, v[static_cast<std::size_t>(f.vertices[0])],
-                                  v[static_cast<std::size_t>(f.vertices[1])], v[static_cast<std::size_t>(f.vertices[2])])
+      least = std::min(least, closestPointsOfSegmentAndTriangle(shape[i].position, shape[i + 1].position,
+                                                                v[static_cast<std::size_t>(f.vertices[0])],
+                                                                v[static_cast<std::size_t>(f.vertices[1])],
+                                                                v[static_cast<std::size_t>(f.vertices[2])])
                                   .distance);
   return least;
 }

@@ -85,4 +85,14 @@ class BlockTridiagonal {
   std::vector<RowMajor6> coupling_;
 };
 
+/// Adds weight * v v^T to the translational blocks of the nodes i and i + 1; v = (v0, v1) in their body
+/// frames.
+inline void addRankOne(BlockTridiagonal& system, std::size_t i, double weight, const Vector3& v0,
+                       const Vector3& v1) {
+  const Vector3 w0 = weight * v0, w1 = weight * v1;
+  system.diagonal[i].bottomRightCorner<3, 3>().noalias() += w0 * v0.transpose();
+  system.diagonal[i + 1].bottomRightCorner<3, 3>().noalias() += w1 * v1.transpose();
+  system.upper[i].bottomRightCorner<3, 3>().noalias() += w0 * v1.transpose();
+}
+
 }  // namespace tendril

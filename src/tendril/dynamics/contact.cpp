@@ -15,19 +15,16 @@ std::uint64_t keyOf(int node, bool on_segment, MeshPart part, int index) {
          (static_cast<std::uint64_t>(node) << 1) | (on_segment ? 1U : 0U);
 }
 
-/// Squared sine of the angle below which a segment-edge pair is mollified (Li et al. 2020, eq. 24,
-/// scale-free).
-constexpr double kParallel = 1e-3;
-
 constexpr std::size_t kSlots = 1024;  // of the table from key to term; a power of two
 
 }  // namespace
 
-void Contacts::prepare(const Obstacles& obstacles, double radius, const Barrier& barrier, std::size_t nodes) {
-  radius_ = radius;
+void Contacts::prepare(const Obstacles& obstacles, const RodProperties& rod, const Barrier& barrier) {
+  radius_ = rod.radius;
   barrier_ = barrier;
-  assert(nodes < (1U << 15));
-  (void)nodes;
+  self_contact_ = rod.self_contact;
+  self_.prepare(rod.radius, rod.elementLength(), barrier);
+  assert(rod.elements < (1 << 14));  // keyOf's room for a node
   if (obstacles_ == &obstacles && edge_stamp_.size() == obstacles.edges().size()) return;
   obstacles_ = &obstacles;
   edge_stamp_.assign(obstacles.edges().size(), 0);
@@ -39,8 +36,10 @@ void Contacts::prepare(const Obstacles& obstacles, double radius, const Barrier&
 }
 
 void Contacts::findCandidates(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion) {
+  if (self_contact_) self_.findCandidates(positions, motion);
   candidates_.node_faces.clear();
   candidates_.segment_edges.clear();
+  if (obstacles_->faces().empty()) return;
   const auto vertices = obstacles_->vertices();
   const auto faces = obstacles_->faces();
   const auto edges = obstacles_->edges();
@@ -96,7 +95,7 @@ double Contacts::freeFraction(const std::vector<Vector3>& positions, const std::
                               double keep) const {
   const auto vertices = obstacles_->vertices();
   const auto vertex = [&](int index) -> const Vector3& { return vertices[static_cast<std::size_t>(index)]; };
-  double fraction = 1;
+  double fraction = self_contact_ ? self_.freeFraction(positions, motion, keep) : 1;
   for (const auto& [node, face] : candidates_.node_faces) {
     const auto i = static_cast<std::size_t>(node);
     const auto& f = obstacles_->faces()[static_cast<std::size_t>(face)];
@@ -155,6 +154,7 @@ bool Contacts::evaluate(const std::vector<Vector3>& positions) {
   for (const std::int32_t slot : used_slots_) slots_[static_cast<std::size_t>(slot)] = -1;
   used_slots_.clear();
   terms_.clear();
+  if (self_contact_ && !self_.evaluate(positions)) return false;
   const auto vertices = obstacles_->vertices();
   const auto vertex = [&](int index) -> const Vector3& { return vertices[static_cast<std::size_t>(index)]; };
   const double reach = radius_ + barrier_.dhat;
@@ -206,15 +206,8 @@ bool Contacts::evaluate(const std::vector<Vector3>& positions) {
     const Vector3 normal = (on_rod - on_mesh) / near.distance;
     if (e.wedge.dot(normal) > 0) continue;  // in a valley the faces are nearer
     const double u2 = u.squaredNorm(), f2 = f.squaredNorm(), uf = u.dot(f);
-    const double sine2 = std::max(0.0, 1 - uf * uf / (u2 * f2));
-
-    if (sine2 < kParallel) {
-      // Nearly parallel: the closest points jump along the pair, so its weight fades as m = x (2 - x), x =
-      // sine^2/kParallel, and the edge's two ends, each a smooth distance, take over with 1 - m.
-      const double x = sine2 / kParallel;
-      const double m = x * (2 - x);
-      const Vector3 sine2_gradient = -2 * uf / (u2 * f2) * (f - uf / u2 * u);
-      const Vector3 m_gradient = (2 - 2 * x) / kParallel * sine2_gradient;
+    const Mollifier m(u, f);
+    if (m.fades()) {
       const auto mollified = [&](double s, const Vector3& n, double distance, double weight,
                                  const Vector3& gradient) {
         terms_.push_back({.key = ~0ULL,
@@ -228,11 +221,11 @@ bool Contacts::evaluate(const std::vector<Vector3>& positions) {
                           .mollified = true,
                           .mollifier_gradient = gradient});
       };
-      mollified(near.s, normal, near.distance, m, m_gradient);
+      mollified(near.s, normal, near.distance, m.weight, m.by_u);
       for (const Vector3& end : {a, b}) {
         const PointSegment foot = closestPointOnSegment(end, p0, p1);
         if (foot.t <= 0 || foot.t >= 1 || foot.distance >= reach) continue;  // a node's business
-        mollified(foot.t, (p0 + foot.t * u - end) / foot.distance, foot.distance, 1 - m, -m_gradient);
+        mollified(foot.t, (p0 + foot.t * u - end) / foot.distance, foot.distance, 1 - m.weight, -m.by_u);
       }
       continue;
     }
@@ -269,25 +262,13 @@ bool Contacts::evaluate(const std::vector<Vector3>& positions) {
 }
 
 double Contacts::energy() const {
-  double sum = 0;
+  double sum = self_contact_ ? self_.energy() : 0;
   for (const Term& term : terms_) sum += term.weight * barrier_(term.distance - radius_).energy;
   return sum;
 }
 
-namespace {
-
-/// Adds weight * v v^T to the translational blocks of the nodes i and i+1; v in body frames.
-void addRankOne(BlockTridiagonal& system, std::size_t i, double weight, const Vector3& v0,
-                const Vector3& v1) {
-  const Vector3 w0 = weight * v0, w1 = weight * v1;
-  system.diagonal[i].bottomRightCorner<3, 3>().noalias() += w0 * v0.transpose();
-  system.diagonal[i + 1].bottomRightCorner<3, 3>().noalias() += w1 * v1.transpose();
-  system.upper[i].bottomRightCorner<3, 3>().noalias() += w0 * v1.transpose();
-}
-
-}  // namespace
-
 void Contacts::addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const {
+  if (self_contact_) self_.addDerivatives(nodes, system);
   for (const Term& term : terms_) {
     const Barrier::Value b = barrier_(term.distance - radius_);
     const double slope = term.weight * b.slope, curvature = term.weight * b.curvature;

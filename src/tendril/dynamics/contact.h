@@ -5,26 +5,14 @@
 
 #include <vector>
 
+#include "tendril/dynamics/barrier.h"
 #include "tendril/dynamics/beam.h"
 #include "tendril/dynamics/block_tridiagonal.h"
+#include "tendril/dynamics/self_contact.h"
 #include "tendril/geometry.h"
+#include "tendril/rod.h"
 
 namespace tendril::contact {
-
-/// b(g) = -kappa (g - dhat)^2 ln(g/dhat) for a gap 0 < g < dhat, 0 beyond: C2, infinite at contact.
-struct Barrier {
-  double dhat = 0;   // m
-  double kappa = 0;  // J/m^2
-
-  struct Value {
-    double energy, slope, curvature;  // b, b', b''
-  };
-  [[nodiscard]] Value operator()(double gap) const {
-    const double x = gap - dhat, logarithm = std::log(gap / dhat), ratio = x / gap;
-    return {-kappa * x * x * logarithm, -kappa * x * (2 * logarithm + ratio),
-            -kappa * (2 * logarithm + 4 * ratio - ratio * ratio)};
-  }
-};
 
 /// Rod parts and mesh parts whose swept boxes meet: what can touch before the next query.
 struct Candidates {
@@ -63,10 +51,10 @@ struct FrictionTerm {
   double limit;           // friction coefficient times normal force, N
 };
 
-/// Finds and evaluates contacts; keeps its memory.
+/// Finds and evaluates contacts with obstacles and, if asked, of the rod with itself; keeps its memory.
 class Contacts {
  public:
-  void prepare(const Obstacles& obstacles, double radius, const Barrier& barrier, std::size_t nodes);
+  void prepare(const Obstacles& obstacles, const RodProperties& rod, const Barrier& barrier);
 
   /// Everything that can come within the radius + dhat while node i moves from positions[i] by motion[i].
   void findCandidates(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion);
@@ -82,7 +70,7 @@ class Contacts {
   [[nodiscard]] double frictionEnergy(const std::vector<Vector3>& positions) const;
   void addFrictionDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const;
 
-  [[nodiscard]] std::size_t activeTerms() const { return terms_.size(); }
+  [[nodiscard]] std::size_t activeTerms() const { return terms_.size() + self_.activeTerms(); }
   [[nodiscard]] const std::vector<Term>& terms() const { return terms_; }
 
  private:
@@ -93,6 +81,8 @@ class Contacts {
   const Obstacles* obstacles_ = nullptr;
   double radius_ = 0;
   Barrier barrier_;
+  bool self_contact_ = false;
+  SelfContacts self_;
   Candidates candidates_;
   std::vector<Term> terms_;
   std::vector<FrictionTerm> friction_;

@@ -28,7 +28,7 @@ struct Spring {
   };
   [[nodiscard]] Value operator()(double length) const {
     const double d = length - slack;
-    if (d <= 0) return {0, 0, 0};
+    if (d < 0) return {0, 0, 0};
     if (stiffness * d > cap) return {cap * (d - 0.5 * cap / stiffness), cap, 0};
     return {0.5 * stiffness * d * d, stiffness * d, stiffness};
   }
@@ -367,10 +367,10 @@ void prepare(const RodModel& model, const std::array<GripperGoal, 2>& goals, con
     grip.turn_brake = {.stiffness = grip.turn.stiffness, .slack = 1.1 * limits.max_turn * dt};
   }
 
-  w.has_contacts = !model.obstacles->faces().empty();
+  w.has_contacts = !model.obstacles->faces().empty() || rod.self_contact;
   if (w.has_contacts) {
     const double dhat = model.simulation.contact_distance;
-    w.contacts.prepare(*model.obstacles, rod.radius, {dhat, 0.25 * model.grippers.max_force / dhat}, n);
+    w.contacts.prepare(*model.obstacles, rod, {dhat, 0.25 * model.grippers.max_force / dhat});
   }
 }
 

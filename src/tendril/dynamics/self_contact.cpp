@@ -1,0 +1,108 @@
+#include "tendril/dynamics/self_contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tendril/geometry.h"
+
+namespace tendril::contact {
+
+void SelfContacts::prepare(double radius, double element_length, const Barrier& barrier) {
+  radius_ = radius;
+  barrier_ = barrier;
+  // Elements i < j are (j - i - 1) h apart along the rod; nearer than pi r it is only bending.
+  least_apart_ =
+      1 + std::max(1, static_cast<int>(std::floor(std::numbers::pi * radius / element_length)) + 1);
+}
+
+void SelfContacts::findCandidates(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion) {
+  candidates_.clear();
+  const double reach = 2 * radius_ + barrier_.dhat;
+  const auto boxOf = [&](std::size_t k) {
+    Aabb box;
+    for (const std::size_t i : {k, k + 1}) box.include(positions[i]), box.include(positions[i] + motion[i]);
+    return box;
+  };
+  const int elements = static_cast<int>(positions.size()) - 1;
+  for (int i = 0; i + least_apart_ < elements; ++i) {
+    Aabb a = boxOf(static_cast<std::size_t>(i));
+    a.inflate(reach);
+    for (int j = i + least_apart_; j < elements; ++j) {
+      const Aabb b = boxOf(static_cast<std::size_t>(j));
+      if ((a.min.array() <= b.max.array()).all() && (a.max.array() >= b.min.array()).all())
+        candidates_.push_back({i, j});
+    }
+  }
+}
+
+double SelfContacts::freeFraction(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion,
+                                  double keep) const {
+  double fraction = 1;
+  for (const Pair& pair : candidates_) {
+    const auto i = static_cast<std::size_t>(pair.i), j = static_cast<std::size_t>(pair.j);
+    fraction = std::min(fraction, freeMotionSegmentSegment(positions[i], positions[i + 1], motion[i],
+                                                           motion[i + 1], positions[j], positions[j + 1],
+                                                           motion[j], motion[j + 1], 2 * radius_, keep));
+  }
+  return fraction;
+}
+
+void SelfContacts::add(const Pair& pair, double s, double t, const Vector3& apart, double distance,
+                       double weight, const Vector3& weight_by_u, const Vector3& weight_by_v) {
+  if (distance < 2 * radius_ + barrier_.dhat)
+    terms_.push_back({pair.i, pair.j, s, t, apart / distance, distance, weight, weight_by_u, weight_by_v});
+}
+
+bool SelfContacts::evaluate(const std::vector<Vector3>& positions) {
+  terms_.clear();
+  for (const Pair& pair : candidates_) {
+    const Vector3& p0 = positions[static_cast<std::size_t>(pair.i)];
+    const Vector3& p1 = positions[static_cast<std::size_t>(pair.i) + 1];
+    const Vector3& q0 = positions[static_cast<std::size_t>(pair.j)];
+    const Vector3& q1 = positions[static_cast<std::size_t>(pair.j) + 1];
+    const SegmentSegment near = closestPointsOfSegments(p0, p1, q0, q1);
+    if (near.distance <= 2 * radius_) return false;
+    if (near.distance >= 2 * radius_ + barrier_.dhat) continue;
+    const Vector3 u = p1 - p0, v = q1 - q0;
+    const Mollifier m(u, v);
+    add(pair, near.s, near.t, p0 + near.s * u - q0 - near.t * v, near.distance, m.weight, m.by_u, m.by_v);
+    if (!m.fades()) continue;
+    for (const double s : {0.0, 1.0}) {
+      const Vector3 p = p0 + s * u;
+      const PointSegment foot = closestPointOnSegment(p, q0, q1);
+      add(pair, s, foot.t, p - q0 - foot.t * v, foot.distance, 1 - m.weight, -m.by_u, -m.by_v);
+    }
+    for (const double t : {0.0, 1.0}) {
+      const Vector3 q = q0 + t * v;
+      const PointSegment foot = closestPointOnSegment(q, p0, p1);
+      add(pair, foot.t, t, p0 + foot.t * u - q, foot.distance, 1 - m.weight, -m.by_u, -m.by_v);
+    }
+  }
+  return true;
+}
+
+double SelfContacts::energy() const {
+  double sum = 0;
+  for (const Term& term : terms_) sum += term.weight * barrier_(term.distance - 2 * radius_).energy;
+  return sum;
+}
+
+void SelfContacts::addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const {
+  for (const Term& term : terms_) {
+    const Barrier::Value b = barrier_(term.distance - 2 * radius_);
+    const auto side = [&](int element, double s, const Vector3& normal, const Vector3& weight_gradient) {
+      const auto i = static_cast<std::size_t>(element);
+      const Vector3 along = b.energy * weight_gradient, push = term.weight * b.slope * normal;
+      const Vector3 n0 = (1 - s) * (nodes[i].rotation.transpose() * normal);
+      const Vector3 n1 = s * (nodes[i + 1].rotation.transpose() * normal);
+      system.rhs[i].tail<3>() -= nodes[i].rotation.transpose() * ((1 - s) * push - along);
+      system.rhs[i + 1].tail<3>() -= nodes[i + 1].rotation.transpose() * (s * push + along);
+      addRankOne(system, i, 2 * term.weight * b.curvature, n0, n1);
+    };
+    side(term.i, term.s, term.normal, term.weight_by_u);
+    side(term.j, term.t, -term.normal, term.weight_by_v);
+  }
+}
+
+}  // namespace tendril::contact
