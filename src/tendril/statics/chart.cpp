@@ -9,10 +9,9 @@
 namespace tendril::statics {
 namespace {
 
-/// The largest curvature [rad over the rod] eight steps are trusted with: position errors then stay below
-/// 1e-6 L.
-constexpr double kCurvaturePerEightSteps = 9;
-constexpr double kLargestCurvature = 1e4;
+/// The rate [rad over the rod] eight steps are trusted with: position errors then stay below 1e-6 L.
+constexpr double kRatePerEightSteps = 9;
+constexpr double kLargestRate = 1e4;
 
 /// Scales the quaternion back to unit length (its drift is of the integrator's order).
 template <class State>
@@ -197,22 +196,21 @@ double Chart::stretchRate(const PathState& y) const {
   return compliance_n.x() * (mu[4] * compliance_m.z() * mu[2] - mu[5] * compliance_m.y() * mu[1]);
 }
 
-double curvatureBound(const Vector6& c, const Vector6& a) {
-  const double energy2 = a.head<3>().cwiseAbs2().cwiseQuotient(c.head<3>()).sum() +
-                         a.tail<3>().cwiseAbs2().cwiseQuotient(c.tail<3>()).sum() +
-                         2 * (a[3] + a.tail<3>().norm());
-  return std::sqrt(energy2 / c.head<3>().minCoeff());
+double rateBound(const Vector6& c, const Vector6& a) {
+  const double softest = c.head<3>().minCoeff(), stiffest = c.head<3>().maxCoeff(),
+               force = a.tail<3>().norm();
+  const double energy2 = a.cwiseAbs2().cwiseQuotient(c).sum() + 2 * (a[3] + force);
+  return std::max(std::sqrt(energy2 * stiffest) / softest, std::sqrt(force / softest));
 }
 
 int stepCount(const Vector6& c, const Vector6& a) {
-  const double curvature = curvatureBound(c, a);
-  if (!std::isfinite(curvature))
-    throw InputError("the wrench is not finite; give six finite numbers (N m, N)");
-  if (curvature > kLargestCurvature)
-    throw InputError("the wrench may bend or twist the rod by " + std::to_string(curvature) +
-                     " rad over its length, more than the " + std::to_string(kLargestCurvature) +
+  const double rate = rateBound(c, a);
+  if (!std::isfinite(rate)) throw InputError("the wrench is not finite; give six finite numbers (N m, N)");
+  if (rate > kLargestRate)
+    throw InputError("the wrench may bend or twist the rod by " + std::to_string(rate) +
+                     " rad over its length, more than the " + std::to_string(kLargestRate) +
                      " that can be integrated; give a smaller wrench");
-  return 8 * std::max(2, static_cast<int>(std::ceil(curvature / kCurvaturePerEightSteps)));
+  return 8 * std::max(2, static_cast<int>(std::ceil(rate / kRatePerEightSteps)));
 }
 
 }  // namespace tendril::statics

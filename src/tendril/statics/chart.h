@@ -68,11 +68,12 @@ struct Chart {
   [[nodiscard]] bool mayInvert(double limit) const { return 1 - compliance_n.x() * n0.norm() <= limit; }
 };
 
-/// A bound of |kappa|, radians over the rod, anywhere along it: H = sum mu_i^2 / 2c_i + mu_4 and |n| are
-/// constant, so sum m_i^2 / c_i <= 2 (H + |n|).
-[[nodiscard]] double curvatureBound(const Vector6& c, const Vector6& a);
+/// A bound, radians over the rod, of the rates at which the rod and its small deflections turn: |m| / c_min,
+/// since sum m_i^2 / c_i <= 2 (H + |n|) with H = sum mu_i^2 / 2c_i + mu_4 and |n| constant along it, and (|n|
+/// / c_min)^(1/2).
+[[nodiscard]] double rateBound(const Vector6& c, const Vector6& a);
 
-/// Steps of the integrator for c and a: 16, or as many more, in eights, as a bound of the curvature asks for.
+/// Steps of the integrator for c and a: 16, or as many more, in eights, as rateBound asks for.
 /// Throws InputError for a wrench that is not finite or too large to integrate.
 [[nodiscard]] int stepCount(const Vector6& c, const Vector6& a);
 

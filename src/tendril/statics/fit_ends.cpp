@@ -19,8 +19,7 @@ constexpr double kTolerance = 1e-11;      // of the end pose, L and rad
 constexpr double kLooseTolerance = 1e-2;  // of the poses on the way
 constexpr double kFirstStep = 0.3;        // of the geodesic; doubled after a success, halved after a failure
 constexpr double kSmallestStep = 1.0 / 64;
-constexpr double kLargestCurvature =
-    200;  // of a Newton iterate, as a bound, rad over the rod: further out is astray
+constexpr double kLargestRate = 200;  // rateBound of a Newton iterate: further out is astray
 constexpr double kSameWrench = 1e-6;  // relative: one solution, not two
 
 /// A stable rod and where it ends, in the rod's units, from a first node at the origin.
@@ -108,8 +107,7 @@ bool solveForEnd(EquilibriumIntegrator& integrator, const Vector6& c, const Pose
   for (int i = 0; i < kIterations; ++i) {
     Pose end;
     Matrix6 jacobian;
-    if (!(curvatureBound(c, a) <= kLargestCurvature) ||
-        integrator.endPose(a, end, jacobian) == ChartStatus::inverted)
+    if (!(rateBound(c, a) <= kLargestRate) || integrator.endPose(a, end, jacobian) == ChartStatus::inverted)
       return false;
     const Vector6 miss = logSE3(end.inverse() * target);
     if (miss.norm() <= tolerance) return true;

@@ -133,16 +133,35 @@ struct EquilibriumIntegrator::Impl {
     out.energy = stations.back().y[7] * units.energy;
   }
 
-  /// The time in (from, from + length] at which the first conjugate point lies, by bisection.
-  double firstConjugateTime(const Chart& chart, const ConjugatePoints& before, const PathState& start,
-                            double from, double length) {
+  /// The first conjugate time of an unstable rod: walks again in four times as many segments, so that the
+  /// time is far more exact than the verdict needs, up to the one that is not free, and bisects it. At
+  /// most 1.
+  double firstConjugateTime(const Chart& chart, int coarse_segments) {
+    const int segments = 4 * coarse_segments;
+    const double length = 1.0 / segments;
+    ConjugatePoints points;
+    PathState at = startOfPath();
+    for (int k = 0; k < segments; ++k) {
+      const PathState start = at;
+      const Matrix6 x = segment(chart, at, length);
+      if (k == 0)
+        points.start(x);
+      else if (!points.passIfFree(x))
+        return k * length + conjugateTimeWithin(chart, points, start, length);
+    }
+    return 1;
+  }
+
+  /// The time, from the start of a segment that holds a conjugate point, to the first.
+  double conjugateTimeWithin(const Chart& chart, const ConjugatePoints& before, const PathState& start,
+                             double length) {
     double low = 0, high = length;
     while (high - low > kTimeTolerance) {
       const double middle = 0.5 * (low + high);
       PathState at = start;
       (before.isFree(segment(chart, at, middle)) ? low : high) = middle;
     }
-    return from + high;
+    return high;
   }
 };
 
@@ -170,7 +189,6 @@ ChartStatus EquilibriumIntegrator::solve(const Pose& base, const Vector6& wrench
   ConjugatePoints points;
   PathState at = startOfPath();
   for (int k = 0; k < segments; ++k) {
-    const PathState start = at;
     const Matrix6 x =
         impl_->segment(chart, at, length, &stations[static_cast<std::size_t>(k) * kStepsPerSegment]);
     if (k == 0) {
@@ -183,18 +201,18 @@ ChartStatus EquilibriumIntegrator::solve(const Pose& base, const Vector6& wrench
     // A conjugate point lies in this segment or, if it is the last, maybe just behind its end.
     const Vector6 times = before.timesToConjugatePoints(x, chart, at);
     const auto inside = static_cast<int>((times.array() < (last ? -kMarginalTime : 0.0)).count());
-    const bool first = out.conjugate_points == 0;
     if (inside > 0) {
       out.conjugate_points += inside;
       out.stability = Stability::unstable;
-      if (first) out.first_conjugate_t = impl_->firstConjugateTime(chart, before, start, k * length, length);
-    } else if (first && last && times[0] <= kMarginalTime) {
+    } else if (out.conjugate_points == 0 && last && times[0] <= kMarginalTime) {
       out.stability = Stability::marginal;
       out.first_conjugate_t = std::min(1.0, 1.0 + times[0]);
     }
     points = before;
     points.pass(x);
   }
+  if (out.stability == Stability::unstable)
+    out.first_conjugate_t = impl_->firstConjugateTime(chart, segments);
   stations.back().y = at;
   if (!impl_->finishShape(chart)) return ChartStatus::inverted;
   impl_->write(base, wrench, out);
