@@ -1,6 +1,8 @@
 """`plan`, `verify`, `replay` and `view` together, on the two scenarios everybody starts with."""
 import json
 import math
+import os
+import pathlib
 import re
 import shutil
 import signal
@@ -101,7 +103,7 @@ class Verify(Case):
     def test_a_node_moved_into_the_tunnels_wall_is_found(self):
         solution = self.planned()
         node = next(node for state in solution["trajectory"]["nodes"] for node in state if abs(node[0]) < 0.9)
-        node[1] += 0.02
+        node[1] = 0.03  # on the wall
         self.assert_invalid(solution, "clearance")
 
     def test_a_plan_that_stops_halfway_misses_the_goal(self):
@@ -126,33 +128,44 @@ class Verify(Case):
 
 
 class NoPlan(Case):
-    def test_the_time_limit_is_kept_and_the_nearest_motion_written(self):
-        scenario = self.variant(DOUBLE_FUNNEL, *BLOCKED)
-        start = time.monotonic()
-        summary = self.tendril_json("plan", scenario, "-o", "plan", "--time-limit", 2, expect=NO)
-        self.assertLess(time.monotonic() - start, 6)
-        self.assertEqual(summary["status"], "time_limit")
-        self.assertFalse(summary["verified"])
-        solution = json.loads((self.folder / "plan" / "solution.json").read_text())
-        self.assertEqual(solution["status"], "time_limit")
-        self.assertTrue((self.folder / "plan" / "view.html").is_file())
-        self.assertTrue(self.tendril_json("replay", "plan/solution.json")["reproduced"])
+    """Stopping is timed in processor seconds: the planner runs in one thread, and other tests may run beside it."""
 
-    def test_ctrl_c_writes_what_there_is_and_calls_it_cancelled(self):
+    def start(self, *arguments):
         scenario = self.variant(DOUBLE_FUNNEL, *BLOCKED)
-        process = subprocess.Popen([TENDRIL, "plan", str(scenario), "-o", "plan", "--json"], cwd=self.folder,
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        time.sleep(1.5)
-        process.send_signal(signal.SIGINT)
-        start = time.monotonic()
-        stdout, stderr = process.communicate(timeout=60)
-        self.assertLess(time.monotonic() - start, 4)
+        return subprocess.Popen([TENDRIL, "plan", str(scenario), "-o", "plan", "--json", *arguments], cwd=self.folder,
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    @staticmethod
+    def processor_seconds(process):
+        fields = pathlib.Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def finish(self, process, status):
+        """Processor seconds of the whole run, which must end as `status` with a motion that replays."""
+        stdout, stderr = process.stdout.read(), process.stderr.read()
+        _, code, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(code)
+        process.stdout.close()
+        process.stderr.close()
         self.assertEqual(process.returncode, NO, stderr)
         self.assertEqual(stderr, "")  # progress goes to terminals only
-        self.assertEqual(json.loads(stdout)["status"], "cancelled")
-        solution = json.loads((self.folder / "plan" / "solution.json").read_text())
-        self.assertEqual(solution["status"], "cancelled")
+        summary = json.loads(stdout)
+        self.assertEqual(summary["status"], status)
+        self.assertFalse(summary["verified"])
+        self.assertEqual(json.loads((self.folder / "plan" / "solution.json").read_text())["status"], status)
+        self.assertTrue((self.folder / "plan" / "view.html").is_file())
         self.assertTrue(self.tendril_json("replay", "plan/solution.json")["reproduced"])
+        return usage.ru_utime + usage.ru_stime
+
+    def test_the_time_limit_is_kept_and_the_nearest_motion_written(self):
+        self.assertLess(self.finish(self.start("--time-limit", "2"), "time_limit"), 2 + 3)
+
+    def test_ctrl_c_writes_what_there_is_and_calls_it_cancelled(self):
+        process = self.start()
+        time.sleep(1.5)
+        before = self.processor_seconds(process)
+        process.send_signal(signal.SIGINT)
+        self.assertLess(self.finish(process, "cancelled") - before, 3)
 
 
 if __name__ == "__main__":
