@@ -66,11 +66,11 @@ struct Goal {
 /// Settings of the planner, see docs/scenario.md for each. Defaults are what `--planner tendril` was tuned
 /// for.
 struct PlannerSettings {
-  double goal_bias = 0.2;        // probability of aiming at the goal
+  double goal_bias = 0.3;        // probability of aiming at the goal
   int extend_limit = 0;          // EXTENDs after which planning gives up; 0: only the time limit
   double reach_fraction = 0.01;  // epsilon of Algorithm 1 as a fraction of L
-  double phase_limit_s = 2.0;    // simulated time one phase of EXTEND may take
-  double stall_fraction = 0.1;   // a phase ends when no node moves faster than this fraction of max_speed
+  double phase_limit_s = 3.0;    // simulated time one phase of EXTEND may take
+  double stall_fraction = 0.2;   // a phase ends when no node moves faster than this fraction of max_speed
   double explore_time_step_s = 0.05;         // time step of the coarse exploration
   int explore_elements = 12;                 // elements of the coarse exploration; 0: the rod's own
   int explore_newton_iterations = 2;         // Newton iterations a coarse step may take

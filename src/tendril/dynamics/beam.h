@@ -76,6 +76,15 @@ inline void derivatives(const Element& element, const Vector6& psi, const Vector
     out.hessian_ij.topLeftCorner<3, 3>() += 0.5 * skew(m);
     out.hessian_ij.topRightCorner<3, 3>() += half_n;
     out.hessian_ij.bottomLeftCorner<3, 3>() += half_n;
+    // ... and to first order in psi = (k; d) the symmetric S = sym([m^ n^; n^ 0] ad_psi), 1/6 on either node
+    // and 1/3 between.
+    const Matrix3 ks = skew(psi.head<3>()), ns = skew(n);
+    const Matrix3 ww = skew(m) * ks + ns * skew(psi.tail<3>());
+    const Matrix3 nk = ns * ks;
+    Matrix6 sym = Matrix6::Zero();
+    sym.topLeftCorner<3, 3>() = (ww + ww.transpose()) / 12;
+    sym.topRightCorner<3, 3>() = sym.bottomLeftCorner<3, 3>() = (nk + nk.transpose()) / 12;
+    out.hessian_ii += sym, out.hessian_jj += sym, out.hessian_ij += 2 * sym;
     // ... and, because positions move straight while the frame turns, -g . (w x y) at each node.
     for (auto [gradient, hessian] :
          {std::pair(&out.gradient_i, &out.hessian_ii), std::pair(&out.gradient_j, &out.hessian_jj)}) {

@@ -67,7 +67,7 @@ struct RodWorkspace::Impl {
   std::vector<Quaternion> predicted_rotations;
   std::vector<double> masses;        // kg
   double inertia_weight = 0;         // 1/s^2: what multiplies the mass in the incremental potential
-  Vector3 rotary = Vector3::Zero();  // rho J per length: (2I, I, I) rho, kg m
+  Vector3 rotary = Vector3::Zero();  // rotary inertia over mass, m^2
   std::array<GripperGoal, 2> goals;
   std::array<Grip, 2> grips;
 

@@ -80,8 +80,7 @@ ob::PlannerPtr makePlanner(const std::string& name, const oc::SpaceInformationPt
 /// A state reached by the exact simulation, with the EXTENDs that lead to it from the start.
 struct Root {
   std::vector<ExtendControl> chain;
-  RodShape shape;
-  std::vector<Vector6> velocities;
+  RodState state;
 };
 
 /// What exploring found: EXTENDs that continue a root's chain.
@@ -138,8 +137,10 @@ Exploration Explorer::explore(const std::vector<Root>& roots) {
   const auto nodes = static_cast<std::size_t>(model_.rod.elements) + 1;
   auto states =
       std::make_shared<ompl_spaces::StateSpace>(nodes, model_.workspace, sampler_, method_.penalise_failures);
-  auto controls =
-      std::make_shared<ompl_spaces::ControlSpace>(states, sampler_, random_, method_.random_order);
+  auto controls = std::make_shared<ompl_spaces::ControlSpace>(
+      states, sampler_, random_,
+      ompl_spaces::Aim{
+          .random_order = method_.random_order, .goal_bias = method_.goal_bias, .goal = goal_.shape()});
   auto si = std::make_shared<oc::SpaceInformation>(states, controls);
   si->setStateValidityChecker([](const ob::State*) { return true; });  // EXTEND never leaves the free space
   si->setStatePropagator(std::make_shared<ompl_spaces::Propagator>(si, model_, extendSettings(), work_));
@@ -157,8 +158,9 @@ Exploration Explorer::explore(const std::vector<Root>& roots) {
   for (std::size_t k = 0; k < roots.size(); ++k) {
     ob::State* state = si->allocState();
     RodState& rod = static_cast<State*>(state)->rod;
-    rod = RodState::atRest(resample(roots[k].shape, model_.rod.elements));
-    if (roots[k].shape.size() == nodes) rod.velocities = roots[k].velocities;
+    const RodState& reached = roots[k].state;
+    rod = reached.nodes.size() == nodes ? reached
+                                        : RodState::atRest(resample(reached.nodes, model_.rod.elements));
     for (std::size_t i = 0; i < nodes; ++i) positions[i] = rod.nodes[i].position;
     // The chords of a coarser rod may cut a corner; such a root is left out.
     if (obstacles_.clearance(positions, model_.rod.radius).segment < 0) {
@@ -202,14 +204,14 @@ std::vector<ExtendControl> Explorer::shortened(const RodShape& start, std::vecto
     std::size_t end = k + 1;
     bool reached = goal_(state.nodes);
     for (; end < chain.size() && !reached; ++end) {
-      work_.steps += extend(chain[end], state, workspace, work_.stop).steps;
+      work_.count(extend(chain[end], state, workspace, work_.stop).steps, model_);
       reached = goal_(state.nodes);
     }
     if (reached) {
       chain.resize(end);
       chain.erase(chain.begin() + static_cast<std::ptrdiff_t>(k));
     } else {
-      work_.steps += extend(chain[k], before, workspace, work_.stop).steps;
+      work_.count(extend(chain[k], before, workspace, work_.stop).steps, model_);
       ++k;
     }
   }
@@ -239,8 +241,7 @@ Replay replayExactly(const RodModel& model, const ExtendSettings& settings, cons
     const ExtendReport report = extend(chain[k], state, workspace, stop, &recorder);
     replay.controls.insert(replay.controls.end(), report.controls.begin(), report.controls.end());
     if (report.cancelled) break;
-    replay.roots.push_back(
-        {{chain.begin(), chain.begin() + static_cast<std::ptrdiff_t>(k) + 1}, state.nodes, state.velocities});
+    replay.roots.push_back({{chain.begin(), chain.begin() + static_cast<std::ptrdiff_t>(k) + 1}, state});
     replay.reached = goal(state.nodes);
   }
   replay.nearest = goal.distance(state.nodes);
@@ -315,10 +316,9 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
   // passed. A replay that keeps departing means the coarse rod misleads: then explore with the exact one,
   // whose replay is itself.
   constexpr int kCoarseAttempts = 4;
-  std::vector<Root> roots = {{{}, start, std::vector<Vector6>(start.size(), Vector6::Zero())}};
+  std::vector<Root> roots = {{{}, RodState::atRest(start)}};
   Replay best;
   best.nearest = std::numeric_limits<double>::infinity();
-  std::int64_t replay_steps = 0;
   bool solved = exact.goal()(start);
   for (int attempt = 0; !solved && !work.stop(); ++attempt) {
     const bool coarsely = method.coarse && attempt < kCoarseAttempts;
@@ -329,7 +329,7 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
     const std::vector<ExtendControl> chain =
         coarsely && found.exact ? explorer.shortened(start, found.chain) : found.chain;
     Replay replay = replayExactly(exact.model(), exact.extendSettings(), exact.goal(), start, chain, stop);
-    replay_steps += replay.steps;
+    work.count(replay.steps, exact.model());
     solved = replay.reached;
     nearest = std::min(nearest, replay.nearest);
     for (Root& root : replay.roots)
@@ -356,9 +356,8 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
                        [&](const char* key, auto& value, auto&&...) { solution.run.planner[key] = value; });
   solution.run.iterations = work.extends;
   solution.run.states = states;
-  solution.run.steps = work.steps + replay_steps;
-  solution.run.simulated_time = static_cast<double>(replay_steps) * scenario.simulation.time_step +
-                                static_cast<double>(work.steps) * coarse.simulation.time_step;
+  solution.run.steps = work.steps;
+  solution.run.simulated_time = work.simulated_time;
   solution.run.wall_time = elapsed();
   solution.run.cpu_time = cpuSeconds() - cpu_before;
   return solution;

@@ -39,13 +39,13 @@ class Projection : public ob::ProjectionEvaluator {
   }
 };
 
-/// Undirected planners aim at the ends of a stable sample.
+/// Undirected planners aim at the ends of a stable sample, or of the goal.
 class RandomControl : public oc::ControlSampler {
  public:
   RandomControl(const ControlSpace* space, StableSampler& sampler)
       : oc::ControlSampler(space), control_space_(space), sampler_(sampler) {}
   void sample(oc::Control* control) override {
-    if (!sampler_.sample(shape_)) return;
+    if (!control_space_->aimsAtGoal(shape_) && !sampler_.sample(shape_)) return;
     static_cast<ControlValue*>(control)->extend = {control_space_->leadingEnd(),
                                                    {shape_.front(), shape_.back()}};
   }
@@ -117,9 +117,8 @@ void StateSpace::registerProjections() {
   registerDefaultProjection(std::make_shared<Projection>(this, workspace_));
 }
 
-ControlSpace::ControlSpace(const ob::StateSpacePtr& states, StableSampler& sampler, Random& random,
-                           bool random_order)
-    : oc::ControlSpace(states), sampler_(sampler), random_(random), random_order_(random_order) {
+ControlSpace::ControlSpace(const ob::StateSpacePtr& states, StableSampler& sampler, Random& random, Aim aim)
+    : oc::ControlSpace(states), sampler_(sampler), random_(random), aim_(std::move(aim)) {
   setName("Grippers");
 }
 
@@ -142,12 +141,17 @@ oc::ControlSamplerPtr ControlSpace::allocDefaultControlSampler() const {
   return std::make_shared<RandomControl>(this, sampler_);
 }
 End ControlSpace::leadingEnd() const {
-  return random_order_ && random_.uniform() < 0.5 ? End::last : End::first;
+  return aim_.random_order && random_.uniform() < 0.5 ? End::last : End::first;
+}
+bool ControlSpace::aimsAtGoal(RodShape& shape) const {
+  if (random_.uniform() >= aim_.goal_bias) return false;
+  shape = aim_.goal;
+  return true;
 }
 
 Propagator::Propagator(const oc::SpaceInformationPtr& si, const RodModel& model,
                        const ExtendSettings& settings, Work& work)
-    : oc::StatePropagator(si), extend_(model, settings), work_(work) {}
+    : oc::StatePropagator(si), model_(model), extend_(model, settings), work_(work) {}
 
 void Propagator::propagate(const ob::State* state, const oc::Control* control, double,
                            ob::State* result) const {
@@ -157,7 +161,7 @@ void Propagator::propagate(const ob::State* state, const oc::Control* control, d
   const ExtendReport report =
       extend_(static_cast<const ControlValue*>(control)->extend, out.rod, workspace_, work_.stop);
   ++work_.extends;
-  work_.steps += report.steps;
+  work_.count(report.steps, model_);
 }
 
 unsigned int DirectedSampler::sampleTo(oc::Control* control, const ob::State* source,

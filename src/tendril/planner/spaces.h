@@ -52,6 +52,13 @@ class StateSpace : public ob::StateSpace {
   bool penalise_failures_;
 };
 
+/// How controls are drawn.
+struct Aim {
+  bool random_order;  // which gripper leads is drawn; else it is the first, as Algorithm 1 prints it
+  double goal_bias;   // probability that an undirected control aims at the goal
+  RodShape goal;
+};
+
 /// An OMPL control: one EXTEND. It lasts one OMPL step whatever its simulated time.
 struct ControlValue : oc::Control {
   ExtendControl extend;
@@ -59,7 +66,7 @@ struct ControlValue : oc::Control {
 
 class ControlSpace : public oc::ControlSpace {
  public:
-  ControlSpace(const ob::StateSpacePtr& states, StableSampler& sampler, Random& random, bool random_order);
+  ControlSpace(const ob::StateSpacePtr& states, StableSampler& sampler, Random& random, Aim aim);
 
   [[nodiscard]] unsigned int getDimension() const override;
   [[nodiscard]] oc::Control* allocControl() const override;
@@ -69,19 +76,26 @@ class ControlSpace : public oc::ControlSpace {
   void nullControl(oc::Control* control) const override;
   [[nodiscard]] oc::ControlSamplerPtr allocDefaultControlSampler() const override;
 
-  /// The gripper that leads: always the first as Algorithm 1 prints it, or drawn.
   [[nodiscard]] End leadingEnd() const;
+  /// Whether the next undirected control aims at the goal; if so `shape` is it.
+  [[nodiscard]] bool aimsAtGoal(RodShape& shape) const;
 
  private:
   StableSampler& sampler_;
   Random& random_;
-  bool random_order_;
+  Aim aim_;
 };
 
 /// Counts what the simulator did for the planner, and tells it when to stop.
 struct Work {
   std::function<bool()> stop;
   std::int64_t extends = 0, steps = 0;
+  double simulated_time = 0;  // s
+
+  void count(std::int64_t more_steps, const RodModel& model) {
+    steps += more_steps;
+    simulated_time += static_cast<double>(more_steps) * model.simulation.time_step;
+  }
 };
 
 /// EXTEND as OMPL's state propagator: depends on state and control alone.
@@ -93,6 +107,7 @@ class Propagator : public oc::StatePropagator {
                  ob::State* result) const override;
 
  private:
+  const RodModel& model_;
   Extend extend_;
   Work& work_;
   mutable RodWorkspace workspace_;

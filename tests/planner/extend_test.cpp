@@ -1,0 +1,122 @@
+/// Algorithm 1 on its own, and the samples it is aimed at.
+#include "tendril/planner/extend.h"
+
+#include <gtest/gtest.h>
+
+#include "dynamics/scenes.h"
+#include "tendril/planner/goal.h"
+#include "tendril/planner/sampling.h"
+
+namespace tendril {
+namespace {
+
+using namespace scenes;
+
+const std::function<bool()> never = [] { return false; };
+
+Scenario openScenario() {
+  Scenario s = rodScenario(5e7, 16);
+  s.environment.workspace = {Vector3(-3, -3, -3), Vector3(3, 3, 3)};
+  return s;
+}
+
+TEST(Extend, BringsFirstTheLeadingGripperThenTheOtherToItsTarget) {
+  const Scenario s = openScenario();
+  const Obstacles o = nothing();
+  const RodModel model(s, o);
+  const Extend extend(model, {.reach = 0.01});
+  for (const End leading : kBothEnds) {
+    RodState state = RodState::atRest(straight({}, 1, 16));
+    RodWorkspace workspace;
+    const ExtendControl control{
+        leading,
+        {Pose{Quaternion::Identity(), {0.5, 0.5, 0}}, Pose{Quaternion::Identity(), {1.4, 0.6, 0.1}}}};
+    const ExtendReport report = extend(control, state, workspace, never);
+    ASSERT_EQ(report.controls.size(), 2U);
+    EXPECT_EQ(report.controls[0].moving, leading);
+    EXPECT_FALSE(report.controls[0].isHeld(other(leading)));  // let go
+    EXPECT_EQ(report.controls[1].moving, other(leading));
+    EXPECT_TRUE(report.controls[1].isHeld(leading));
+    EXPECT_EQ(report.controls[0].end_s, report.controls[1].start_s);
+    EXPECT_LT((state.nodes.front().position - control.targets[0].position).norm(), 0.015);
+    EXPECT_LT((state.nodes.back().position - control.targets[1].position).norm(), 0.015);
+  }
+}
+
+TEST(Extend, RunsOnlyWhileTheDistanceIsGreaterThanEpsilon) {
+  const Scenario s = openScenario();
+  const Obstacles o = nothing();
+  const RodModel model(s, o);
+  RodState state = RodState::atRest(straight({}, 1, 16));
+  RodWorkspace workspace;
+  const ExtendControl there{End::first, {state.nodes.front(), state.nodes.back()}};
+  EXPECT_EQ(Extend(model, {.reach = 0.01})(there, state, workspace, never).steps, 0);
+}
+
+TEST(Extend, PhaseEndsAtItsLimitAndWhenNothingMovesAnyMore) {
+  Scenario s = openScenario();
+  const Obstacles wall = obstaclesOf({block({-0.5, -3, -3}, {-0.4, 3, 3})});
+  const RodModel model(s, wall);
+  const ExtendControl through{
+      End::first, {Pose{Quaternion::Identity(), {-1.5, 0, 0}}, Pose{Quaternion::Identity(), {-0.5, 0.5, 0}}}};
+  RodWorkspace workspace;
+  RodState state = RodState::atRest(straight({}, 1, 16));
+  ExtendReport report = Extend(model, {.reach = 0.01, .phase_limit = 1})(through, state, workspace, never);
+  EXPECT_DOUBLE_EQ(report.controls[0].end_s, 1);
+  state = RodState::atRest(straight({}, 1, 16));
+  report = Extend(model, {.reach = 0.01, .phase_limit = 20, .stall_speed = 0.05})(through, state, workspace,
+                                                                                  never);
+  EXPECT_LT(report.controls[0].end_s, 10);
+}
+
+TEST(Extend, PhaseEndsWithTheLastStateInsideTheWorkspace) {
+  Scenario s = openScenario();
+  s.environment.workspace.max.x() = 1.3;
+  const Obstacles o = nothing();
+  const RodModel model(s, o);
+  RodState state = RodState::atRest(straight({}, 1, 16));
+  RodWorkspace workspace;
+  TrajectoryRecorder recorder(model, state.nodes);
+  const ExtendControl out{End::last,
+                          {Pose{Quaternion::Identity(), {1, 0, 0}}, Pose{Quaternion::Identity(), {2, 0, 0}}}};
+  const ExtendReport report = Extend(model, {.reach = 0.01})(out, state, workspace, never, &recorder);
+  for (const RodShape& shape : recorder.trajectory().shapes)
+    for (const Pose& node : shape) EXPECT_LE(node.position.x(), 1.3);
+  EXPECT_EQ(recorder.steps(), report.steps);
+  EXPECT_EQ(maxNodeDistance(recorder.trajectory().shapes.back(), state.nodes), 0);
+}
+
+TEST(Sampling, SamplesAreStableRodsInsideTheWorkspaceAndClearOfTheMeshes) {
+  Scenario s = openScenario();
+  s.environment.workspace = {Vector3(-0.7, -0.7, -0.7), Vector3(0.7, 0.7, 0.7)};
+  const Obstacles o = obstaclesOf({block({-0.2, -0.2, -0.7}, {0.2, 0.2, 0.7})});
+  Random random(9);
+  StableSampler sampler(s.rod, s.environment.workspace, o, {}, random);
+  RodShape shape;
+  for (int k = 0; k < 30; ++k) {
+    ASSERT_TRUE(sampler.sample(shape));
+    EXPECT_GT(bruteForceDistance(shape, o), s.rod.radius);
+    for (const Pose& node : shape) EXPECT_TRUE(s.environment.workspace.contains(node.position));
+  }
+}
+
+TEST(GoalRegion, IsWithinTheTolerancesOfBothFramesAndOfTheShapeIfAsked) {
+  const RodShape goal = straight({}, 1, 10);
+  Goal region;
+  region.position_tolerance = 0.05;
+  RodShape rod = goal;
+  rod[5].position.y() += 0.3;  // another shape between the same grippers
+  rod.back().position.x() -= 0.04;
+  EXPECT_TRUE(GoalTest(region, goal, 10)(rod));
+  rod.back().rotation = expSO3({1.5, 0, 0});  // twisted
+  EXPECT_TRUE(GoalTest(region, goal, 10)(rod));
+  region.angle_tolerance = 0.5;
+  EXPECT_FALSE(GoalTest(region, goal, 10)(rod));
+  rod.back().rotation = Quaternion::Identity();
+  EXPECT_TRUE(GoalTest(region, goal, 10)(rod));
+  region.shape_tolerance = 0.1;
+  EXPECT_FALSE(GoalTest(region, goal, 10)(rod));
+}
+
+}  // namespace
+}  // namespace tendril

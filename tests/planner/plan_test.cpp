@@ -1,0 +1,178 @@
+/// Planning as a whole, on small scenes: what a plan is, that it is reproducible, and how it says no.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tendril/planner.h"
+#include "tendril/verification.h"
+
+namespace tendril {
+namespace {
+
+Scenario freeSpace(int elements = 16) {
+  Scenario s = readScenario(TENDRIL_SOURCE_DIR "/scenarios/free-space.yaml");
+  s.rod.elements = elements;
+  return s;
+}
+
+Scenario doubleFunnel(int elements) {
+  Scenario s = readScenario(TENDRIL_SOURCE_DIR "/scenarios/double-funnel.yaml");
+  s.rod.elements = elements;
+  return s;
+}
+
+Obstacles obstaclesOf(const Scenario& s) {
+  std::vector<TriangleMesh> meshes;
+  for (const MeshReference& mesh : s.environment.meshes)
+    meshes.push_back(loadMesh(s.meshPath(mesh), mesh.scale, mesh.pose));
+  return Obstacles(meshes);
+}
+
+Solution planned(const Scenario& s, const std::string& planner, std::uint64_t seed = 1, double limit = 60) {
+  PlanRequest request;
+  request.planner = planner, request.seed = seed, request.time_limit_s = limit;
+  Solution solution = plan(s, obstaclesOf(s), request);
+  solution.mesh_sha256 = meshHashes(s);
+  return solution;
+}
+
+bool sameMotion(const Trajectory& a, const Trajectory& b) {
+  if (a.time_s != b.time_s || a.held != b.held || a.shapes.size() != b.shapes.size()) return false;
+  for (std::size_t k = 0; k < a.shapes.size(); ++k)
+    for (std::size_t i = 0; i < a.shapes[k].size(); ++i)
+      if (a.shapes[k][i].position != b.shapes[k][i].position ||
+          a.shapes[k][i].rotation.coeffs() != b.shapes[k][i].rotation.coeffs())
+        return false;
+  return true;
+}
+
+std::string failures(const VerificationReport& report) {
+  std::string all;
+  for (const Check& check : report.checks)
+    if (!check.passed) all += check.name + ": " + check.message + "\n";
+  return all;
+}
+
+TEST(Plan, DoubleFunnelIsSolvedAndVerifiedByAnIndependentCheck) {
+  const Solution solution = planned(doubleFunnel(20), "tendril");
+  ASSERT_EQ(solution.status, PlanStatus::solved);
+  EXPECT_EQ(failures(verify(solution)), "");
+  EXPECT_GT(solution.run.iterations, 0);
+}
+
+TEST(Plan, EveryPlannerSolvesFreeSpaceAndItsPlanIsVerified) {
+  for (const std::string& name : plannerNames()) {
+    const Solution solution = planned(freeSpace(), name, 1, 20);
+    ASSERT_EQ(solution.status, PlanStatus::solved) << name;
+    EXPECT_EQ(failures(verify(solution)), "") << name;
+  }
+}
+
+TEST(Plan, ReplayingTheControlsReproducesEveryState) {
+  const Scenario s = doubleFunnel(16);
+  const Solution solution = planned(s, "tendril", 3);
+  ASSERT_FALSE(solution.controls.empty());
+  const Obstacles obstacles = obstaclesOf(s);
+  const SimulationResult again =
+      simulate(RodModel(s, obstacles), solution.trajectory.shapes.front(), solution.controls);
+  EXPECT_TRUE(sameMotion(again.trajectory, solution.trajectory));
+}
+
+TEST(Plan, OneSeedGivesOneResultAndAnotherSeedAnother) {
+  const Scenario s = doubleFunnel(16);
+  const Solution a = planned(s, "tendril", 5), b = planned(s, "tendril", 5), c = planned(s, "tendril", 6);
+  EXPECT_TRUE(sameMotion(a.trajectory, b.trajectory));
+  EXPECT_EQ(a.run.iterations, b.run.iterations);
+  EXPECT_EQ(a.run.steps, b.run.steps);
+  EXPECT_FALSE(sameMotion(a.trajectory, c.trajectory));
+}
+
+TEST(Plan, HoldsOnlyWhatTheScenariosGraspsAllow) {
+  Scenario s = freeSpace();
+  s.grippers.grasps = {Grasp::both};
+  Solution solution = planned(s, "tendril");
+  EXPECT_EQ(solution.status, PlanStatus::solved);
+  for (const Control& control : solution.controls) EXPECT_EQ(control.held, (std::array{true, true}));
+  s.grippers.grasps = {Grasp::first, Grasp::last};
+  solution = planned(s, "tendril", 1, 2);
+  for (const Control& control : solution.controls) EXPECT_NE(control.held[0], control.held[1]);
+}
+
+TEST(Plan, StartInsideTheGoalNeedsNoMotion) {
+  Scenario s = freeSpace();
+  s.goal->placement = *s.start;
+  const Solution solution = planned(s, "tendril");
+  EXPECT_EQ(solution.status, PlanStatus::solved);
+  EXPECT_TRUE(solution.controls.empty());
+  EXPECT_EQ(solution.trajectory.shapes.size(), 1U);
+}
+
+TEST(Plan, LimitsAndCancellationAreSaidAndTheMotionStaysValid) {
+  Scenario s = doubleFunnel(16);
+  EXPECT_EQ(planned(s, "tendril", 1, 0).status, PlanStatus::time_limit);
+  s.planner.extend_limit = 2;
+  const Solution limited = planned(s, "tendril");
+  EXPECT_EQ(limited.status, PlanStatus::iteration_limit);
+  const VerificationReport report = verify(limited);
+  for (const Check& check : report.checks)
+    if (check.name != "goal") {
+      EXPECT_TRUE(check.passed) << check.name << ": " << check.message;
+    }
+
+  const std::atomic<bool> cancel = true;
+  PlanRequest request;
+  request.cancel = &cancel;
+  EXPECT_EQ(plan(s, obstaclesOf(s), request).status, PlanStatus::cancelled);
+}
+
+std::string messageOf(const Scenario& s) {
+  try {
+    (void)planned(s, "tendril", 1, 0);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Plan, BadStartSaysWhichConditionFailsAndWhere) {
+  Scenario s = doubleFunnel(20);
+  auto& start = std::get<PoseAndWrench>(*s.start);
+  const PoseAndWrench good = start;
+
+  start.pose.position.x() = -1.3;  // across the funnel's wall
+  EXPECT_NE(messageOf(s).find("start shape penetrates meshes/double-funnel.obj by"), std::string::npos)
+      << messageOf(s);
+  EXPECT_NE(messageOf(s).find("at node"), std::string::npos);
+  EXPECT_NE(messageOf(s).find("(face "), std::string::npos);
+
+  start = good;
+  start.pose.position.y() = 5;
+  EXPECT_NE(messageOf(s).find("leaves environment.workspace_m at node 0"), std::string::npos) << messageOf(s);
+
+  start = good;
+  start.wrench[3] = -60 * s.rod.bendingStiffness();  // beyond Euler's load
+  EXPECT_NE(messageOf(s).find("not a stable one"), std::string::npos) << messageOf(s);
+
+  start.wrench[3] = -2 * s.rod.c[3];  // squeezed to nothing
+  EXPECT_NE(messageOf(s).find("no static equilibrium"), std::string::npos) << messageOf(s);
+
+  start = good;
+  s.start.reset();
+  EXPECT_NE(messageOf(s).find("start is missing"), std::string::npos) << messageOf(s);
+}
+
+TEST(Plan, UnknownPlannerIsRefusedWithTheNamesThatExist) {
+  PlanRequest request;
+  request.planner = "RTT";
+  const Scenario s = freeSpace();
+  try {
+    (void)plan(s, obstaclesOf(s), request);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("tendril, paper, RRT, KPIECE1, EST, SST, PDST"),
+              std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace tendril
