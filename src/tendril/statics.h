@@ -68,7 +68,8 @@ struct SamplingBox {
 
 /// All distinct stable equilibria found between two end frames, by ascending energy: Newton on a with J(1), continued
 /// along the geodesic through stable rods from the 20 nearest of a library of 2000 (built on the first call for a
-/// stiffness, 0.2 s, and kept). Empty if none is found. Deterministic and thread-safe; about 10 ms.
+/// stiffness, 0.2 s, and kept). Empty if none is found; that includes the circle of marginal rods that a rod with c2 = c3,
+/// c5 = c6 forms between coaxial ends when it buckles off their axis. Deterministic and thread-safe; about 10 ms.
 [[nodiscard]] std::vector<Equilibrium> fitEnds(const RodProperties& rod, const GripperPoses& ends);
 
 /// Every stable equilibrium for a placement, by ascending energy: one or none for a pose and wrench.

