@@ -73,7 +73,7 @@ struct PlannerSettings {
   double stall_fraction = 0.2;   // a phase ends when no node moves faster than this fraction of max_speed
   double explore_time_step_s = 0.05;         // time step of the coarse exploration
   int explore_elements = 12;                 // elements of the coarse exploration; 0: the rod's own
-  int explore_newton_iterations = 2;         // Newton iterations a coarse step may take
+  int explore_newton_iterations = 5;         // Newton iterations a coarse step may take
   double sample_moment = 6.283185307179586;  // half-width of the box of a: moments, EI/L
   double sample_force = 40.0;                // half-width of the box of a: forces, EI/L^2
 };

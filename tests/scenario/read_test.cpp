@@ -18,7 +18,7 @@ TEST(Scenario, DefaultsFollowFromTheRod) {
   const double bending = 5e7 * std::numbers::pi * 1e-8 / 4;  // EI of a round rod of radius 0.01
   EXPECT_NEAR(s.grippers.max_force, 200 * bending / 4, 1e-12);
   EXPECT_NEAR(s.grippers.max_torque, 10 * bending / 2, 1e-12);
-  EXPECT_DOUBLE_EQ(s.simulation.contact_distance, 0.005);
+  EXPECT_DOUBLE_EQ(s.simulation.contact_distance, 0.001);
   EXPECT_DOUBLE_EQ(s.goal->position_tolerance, 0.1);
   EXPECT_FALSE(s.goal->angle_tolerance);
   EXPECT_FALSE(s.goal->shape_tolerance);

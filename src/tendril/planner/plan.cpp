@@ -171,6 +171,10 @@ Exploration Explorer::explore(const std::vector<Root>& roots) {
   }
   if (root_of_start.empty()) return {};
   problem->setGoal(std::make_shared<ompl_spaces::Goal>(si, goal_));
+  // Planners that improve a path (SST) stop at the first: any cost will do.
+  auto objective = std::make_shared<ob::PathLengthOptimizationObjective>(si);
+  objective->setCostThreshold(objective->infiniteCost());
+  problem->setOptimizationObjective(objective);
 
   const ob::PlannerPtr planner = makePlanner(planner_, si, method_);
   planner->setProblemDefinition(problem);

@@ -231,7 +231,7 @@ Scenario readScenario(const Value& root) {
     scenario.start = readPlacement(*start);
     if (const Value* pose = start->find("pose")) scenario.start_pose = pose->pose();
   }
-  scenario.simulation.contact_distance = 0.5 * scenario.rod.radius;
+  scenario.simulation.contact_distance = 0.1 * scenario.rod.radius;
   if (const Value* simulation = root.find("simulation")) readSimulation(*simulation, scenario.simulation);
   if (const Value* goal = root.find("goal")) scenario.goal = readGoal(*goal, scenario.rod);
   if (const Value* planner = root.find("planner")) readPlannerSettings(*planner, scenario.planner);
