@@ -1,5 +1,6 @@
-/// tendril/statics.h: equilibria of an extensible, shearable rod held at its ends, on the chart of Theorem 1; their
-/// stability by Theorem 2, exactly; sampling; fitting both ends. src/tendril/statics/README.md derives it.
+/// tendril/statics.h: equilibria of an extensible, shearable rod held at its ends, on the chart of Theorem 1;
+/// their stability by Theorem 2, exactly; sampling; fitting both ends. src/tendril/statics/README.md derives
+/// it.
 #pragma once
 
 #include <functional>
@@ -23,7 +24,7 @@ struct Equilibrium {
   RodShape nodes;                    // elements + 1 frames, world
   double energy = 0;                 // J, elastic
   Stability stability = Stability::unstable;
-  int conjugate_points = 0;          // in (0, 1), with multiplicity; valid unless inverted
+  int conjugate_points = 0;                 // in (0, 1), with multiplicity; valid unless inverted
   std::optional<double> first_conjugate_t;  // in (0, 1]; empty exactly when stable
 };
 
@@ -37,14 +38,15 @@ class EquilibriumIntegrator {
   ~EquilibriumIntegrator();
   EquilibriumIntegrator(EquilibriumIntegrator&&) noexcept;
 
-  /// Shape, energy and stability for the wrench a [N m, N] at `base`. `out` is reused: no allocation after the first call.
+  /// Shape, energy and stability for the wrench a [N m, N] at `base`. `out` is reused: no allocation after
+  /// the first call.
   [[nodiscard]] ChartStatus solve(const Pose& base, const Vector6& wrench, Equilibrium& out);
   /// Shape and energy only (three times faster); `out.stability` is left alone.
   [[nodiscard]] ChartStatus shape(const Pose& base, const Vector6& wrench, Equilibrium& out);
   /// Only the verdict and no conjugate time: the planner's question.
   [[nodiscard]] bool isStable(const Vector6& wrench);
-  /// End frame relative to the base and its Jacobian J(1) = dq(1)/da in the end's body frame, (angular; linear),
-  /// [rad, m] per [N m, N].
+  /// End frame relative to the base and its Jacobian J(1) = dq(1)/da in the end's body frame, (angular;
+  /// linear), [rad, m] per [N m, N].
   [[nodiscard]] ChartStatus endPose(const Vector6& wrench, Pose& end_in_base, Matrix6& jacobian);
 
  private:
@@ -52,8 +54,8 @@ class EquilibriumIntegrator {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The smallest distance [m] of the centreline to itself between elements farther apart along the rod than pi r, where
-/// being near means self-contact and not just bending. Infinity if there are no such pairs.
+/// The smallest distance [m] of the centreline to itself between elements farther apart along the rod than pi
+/// r, where being near means self-contact and not just bending. Infinity if there are no such pairs.
 [[nodiscard]] double selfDistance(const RodShape& shape, const RodProperties& rod);
 
 /// Half-widths of the box A from which a is drawn, in the rod's own units.
@@ -61,15 +63,16 @@ struct SamplingBox {
   double moment = 6.283185307179586;  // EI/L
   double force = 40.0;                // EI/L^2
 };
-/// Draws a from the box until it is stable, uninverted and (with the rod's radius) clear of itself. Expected draws about
-/// 4 at the default box. Base pose is left to the caller.
+/// Draws a from the box until it is stable, uninverted and (with the rod's radius) clear of itself. Expected
+/// draws about 4 at the default box. Base pose is left to the caller.
 [[nodiscard]] Equilibrium sampleStable(EquilibriumIntegrator& integrator, const RodProperties& rod,
                                        const SamplingBox& box, Random& random);
 
-/// All distinct stable equilibria found between two end frames, by ascending energy: Newton on a with J(1), continued
-/// along the geodesic through stable rods from the 20 nearest of a library of 2000 (built on the first call for a
-/// stiffness, 0.2 s, and kept). Empty if none is found; that includes the circle of marginal rods that a rod with c2 = c3,
-/// c5 = c6 forms between coaxial ends when it buckles off their axis. Deterministic and thread-safe; about 10 ms.
+/// All distinct stable equilibria found between two end frames, by ascending energy: Newton on a with J(1),
+/// continued along the geodesic through stable rods from the 20 nearest of a library of 2000, and the 20 of
+/// least energy near by, (built on the first call for a stiffness, 0.2 s, and kept). Empty if none is found;
+/// that includes the circle of marginal rods that a rod with c2 = c3, c5 = c6 forms between coaxial ends when
+/// it buckles off their axis. Deterministic and thread-safe; about 10 ms.
 [[nodiscard]] std::vector<Equilibrium> fitEnds(const RodProperties& rod, const GripperPoses& ends);
 
 /// Every stable equilibrium for a placement, by ascending energy: one or none for a pose and wrench.

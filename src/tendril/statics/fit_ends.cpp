@@ -13,7 +13,8 @@ namespace {
 
 constexpr std::size_t kLibrarySize = 2000;
 constexpr std::uint64_t kLibrarySeed = 2014;
-constexpr std::size_t kStarts = 20;       // library rods tried
+constexpr std::size_t kStarts = 20;  // library rods tried for being nearest, and as many for being at ease
+constexpr std::size_t kNeighbours = 200;  // nearest rods among which those of least energy are taken
 constexpr double kRotationWeight = 0.15;  // L per rad, in "nearest"
 constexpr double kTolerance = 1e-11;      // of the end pose, L and rad
 constexpr double kLooseTolerance = 1e-2;  // of the poses on the way
@@ -22,10 +23,11 @@ constexpr double kSmallestStep = 1.0 / 64;
 constexpr double kLargestRate = 200;  // rateBound of a Newton iterate: further out is astray
 constexpr double kSameWrench = 1e-6;  // relative: one solution, not two
 
-/// A stable rod and where it ends, in the rod's units, from a first node at the origin.
+/// A stable rod, where it ends and its energy, in the rod's units, from a first node at the origin.
 struct LibraryRod {
   Vector6 a;
   Pose end;
+  double energy;
 };
 using Library = std::vector<LibraryRod>;
 
@@ -42,13 +44,12 @@ RodProperties naturalRod(const Vector6& c) {
 Library makeLibrary(const Vector6& c) {
   const RodProperties rod = naturalRod(c);
   EquilibriumIntegrator integrator(rod);
+  Equilibrium shape;
   Library library;
   library.reserve(kLibrarySize);
   const auto add = [&](const Vector6& a) {
-    LibraryRod entry{a, {}};
-    Matrix6 jacobian;
-    if (integrator.isStable(a) && integrator.endPose(a, entry.end, jacobian) == ChartStatus::equilibrium)
-      library.push_back(entry);
+    if (integrator.isStable(a) && integrator.shape({}, a, shape) == ChartStatus::equilibrium)
+      library.push_back({a, shape.nodes.back(), shape.energy});
   };
   add(Vector6::Zero());
   for (int axis = 0; axis < 6; ++axis)
@@ -86,15 +87,20 @@ double distance2(const Pose& a, const Pose& b) {
   return (a.position - b.position).squaredNorm() + kRotationWeight * kRotationWeight * 8 * (1 - cosine);
 }
 
-/// The library rods that end nearest to `target`, nearest first.
-std::vector<std::size_t> nearest(const Library& library, const Pose& target) {
+/// Where to start from: the library rods that end nearest to `target`, nearest first, then those of least
+/// energy among kNeighbours of them: continuation from a rod at ease is what leads to the equilibrium of
+/// least energy.
+std::vector<std::size_t> startsFor(const Library& library, const Pose& target) {
   std::vector<std::pair<double, std::size_t>> order(library.size());
   for (std::size_t i = 0; i < library.size(); ++i) order[i] = {distance2(library[i].end, target), i};
-  const std::size_t count = std::min(kStarts, order.size());
-  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end());
-  std::vector<std::size_t> out(count);
-  for (std::size_t i = 0; i < count; ++i) out[i] = order[i].second;
-  return out;
+  const auto neighbours = order.begin() + static_cast<std::ptrdiff_t>(std::min(kNeighbours, order.size()));
+  std::partial_sort(order.begin(), neighbours, order.end());
+  const auto nearest = order.begin() + static_cast<std::ptrdiff_t>(std::min(kStarts, order.size()));
+  for (auto rod = nearest; rod != neighbours; ++rod) rod->first = library[rod->second].energy;
+  std::sort(nearest, neighbours);
+  std::vector<std::size_t> starts(std::min(2 * kStarts, order.size()));
+  for (std::size_t i = 0; i < starts.size(); ++i) starts[i] = order[i].second;
+  return starts;
 }
 
 /// Newton on a until the end stands at `target` within `tolerance`; false, and `a` undefined, if it does not
@@ -155,7 +161,7 @@ std::vector<Equilibrium> fitEnds(const RodProperties& rod, const GripperPoses& e
   target.position /= units.length;
 
   std::vector<Vector6> found;
-  for (const std::size_t start : nearest(*library, target)) {
+  for (const std::size_t start : startsFor(*library, target)) {
     Vector6 a;
     if (!followGeodesic(natural, c, (*library)[start], target, a)) continue;
     const bool known = std::any_of(found.begin(), found.end(), [&](const Vector6& b) {
