@@ -1,0 +1,147 @@
+/// What one time step works on: the incremental potential, its iterate, its way points. Private to dynamics.
+#pragma once
+
+#include <limits>
+
+#include "tendril/dynamics.h"
+#include "tendril/dynamics/beam.h"
+#include "tendril/dynamics/block_tridiagonal.h"
+#include "tendril/dynamics/contact.h"
+
+namespace tendril {
+
+using beam::Node;
+
+/// A spring on |x|, x a displacement [m] or a rotation vector [rad]: at ease up to `slack`, then linear, its
+/// force never more than `cap`. The grippers' PD law as a potential.
+struct Spring {
+  double stiffness = 0, slack = 0, cap = std::numeric_limits<double>::infinity();
+
+  struct Value {
+    double energy, slope, curvature;  // by |x|
+  };
+  [[nodiscard]] Value operator()(double length) const {
+    const double d = length - slack;
+    if (d < 0) return {0, 0, 0};
+    if (stiffness * d > cap) return {cap * (d - 0.5 * cap / stiffness), cap, 0};
+    return {0.5 * stiffness * d * d, stiffness * d, stiffness};
+  }
+};
+
+/// What holds one end during a step: springs to a pose, and brakes that keep the drive from being pushed
+/// faster than it goes.
+struct Grip {
+  Pose target, start;
+  Spring pull, turn;                // toward target
+  Spring travel_brake, turn_brake;  // on the way from start
+
+  template <class Visit>  // visit(spring, x in the frame of `at`, is a rotation)
+  void visit(const Pose& at, Visit&& visit) const {
+    const Quaternion inverse = at.rotation.conjugate();
+    visit(pull, Vector3(inverse * (at.position - target.position)), false);
+    visit(travel_brake, Vector3(inverse * (at.position - start.position)), false);
+    visit(turn, logSO3(target.rotation.conjugate() * at.rotation), true);
+    visit(turn_brake, logSO3(start.rotation.conjugate() * at.rotation), true);
+  }
+};
+
+struct RodWorkspace::Impl {
+  // Constant during a step.
+  std::vector<beam::Element> elements;  // with the Rayleigh term folded in
+  std::vector<Vector3> predicted_positions;
+  std::vector<Quaternion> predicted_rotations;
+  std::vector<double> masses;        // kg
+  double inertia_weight = 0;         // 1/s^2: what multiplies the mass in the incremental potential
+  Vector3 rotary = Vector3::Zero();  // rotary inertia over mass, m^2
+  std::array<GripperGoal, 2> goals;
+  std::array<Grip, 2> grips;
+
+  // The iterate.
+  std::vector<Node> nodes, trial;
+  std::vector<Vector3> positions, trial_positions, motion, limited_motion;
+  std::vector<Vector6> psi, trial_psi;  // per element
+  std::vector<Vector6> wrenches, trial_wrenches;
+  BlockTridiagonal system;
+  std::vector<Vector6> gradient;
+  contact::Contacts contacts;
+  bool has_contacts = false;
+
+  // Way points.
+  std::vector<RodShape> path;  // iterates, path[0] = start; the first `path_size` are valid
+  std::size_t path_size = 0;
+  std::vector<RodShape> way_points;
+  std::size_t way_point_count = 0;
+
+  /// Sets everything that stays constant during a step, and the iterate to the step's start.
+  void prepare(const RodModel& model, const std::array<GripperGoal, 2>& step_goals, const RodState& state);
+
+  void evaluateElements(const std::vector<Node>& at, std::vector<Vector6>& psi_out,
+                        std::vector<Vector6>& wrench_out) const;
+  /// The incremental potential but for contact: elasticity and damping, inertia and drag, gravity, grippers
+  /// [J].
+  [[nodiscard]] double smoothEnergy(const RodModel& model, const std::vector<Node>& at,
+                                    const std::vector<Vector6>& f) const;
+  /// Gradient into system.rhs (negated) and Hessian of the whole incremental potential at `nodes`; without
+  /// `geometric` stiffness the Hessian is positive definite.
+  void assemble(const RodModel& model, bool geometric);
+  void addSmoothTerms(const RodModel& model);
+
+  /// Moves `nodes` by fraction * (w, y) into `trial`.
+  void retract(double fraction) {
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      const Vector3 w = fraction * system.rhs[i].head<3>();
+      trial[i].pose.rotation = (nodes[i].pose.rotation * expSO3(w)).normalized();
+      trial[i].pose.position = positions[i] + fraction * motion[i];
+      trial[i].rotation = trial[i].pose.rotation.toRotationMatrix();
+      trial_positions[i] = trial[i].pose.position;
+    }
+  }
+
+  /// Evaluates the potential at `fraction` of the motion, in `trial`. False if that penetrates.
+  [[nodiscard]] bool tryFraction(const RodModel& model, double fraction, double& energy) {
+    retract(fraction);
+    if (has_contacts && !contacts.evaluate(trial_positions)) return false;
+    evaluateElements(trial, trial_psi, trial_wrenches);
+    energy = smoothEnergy(model, trial, trial_wrenches);
+    if (has_contacts) energy += contacts.energy() + contacts.frictionEnergy(trial_positions);
+    return true;
+  }
+
+  /// Makes the trial the iterate; the contact terms are those of the last evaluation, which was the trial's.
+  void acceptTrial(bool record) {
+    std::swap(nodes, trial);
+    std::swap(positions, trial_positions);
+    std::swap(psi, trial_psi);
+    std::swap(wrenches, trial_wrenches);
+    if (record) recordIterate(nodes);
+  }
+
+  /// Whether every held end is, after `fraction` of the step, within 1.25 times a time step's travel of where
+  /// it started (or no farther from there than it is now).
+  [[nodiscard]] bool gripsKeepSpeed(const RodModel& model, double fraction) const {
+    const double dt = model.simulation.time_step;
+    for (std::size_t e = 0; e < 2; ++e) {
+      if (!goals[e].held) continue;
+      const std::size_t i = e == 0 ? 0 : nodes.size() - 1;
+      const Pose &start = grips[e].start, &now = nodes[i].pose;
+      const Vector3 w = fraction * system.rhs[i].head<3>();
+      const double travel = (positions[i] + fraction * motion[i] - start.position).norm();
+      const double turned = angleBetween(start.rotation, now.rotation * expSO3(w));
+      if (travel > std::max(1.25 * model.grippers.max_speed * dt, (now.position - start.position).norm()) ||
+          turned > std::max(1.25 * model.grippers.max_turn * dt, angleBetween(start.rotation, now.rotation)))
+        return false;
+    }
+    return true;
+  }
+
+  void recordIterate(const std::vector<Node>& at) {
+    if (path.size() == path_size) path.emplace_back();
+    RodShape& shape = path[path_size++];
+    shape.resize(at.size());
+    for (std::size_t i = 0; i < at.size(); ++i) shape[i] = at[i].pose;
+  }
+
+  void chooseWayPoints(const RodModel& model);
+};
+
+}  // namespace tendril
