@@ -1,7 +1,7 @@
 /// tendril/base.h: small vectors, SE(3), input errors, seeded randomness, files.
 ///
-/// Conventions of the whole project (docs/symbols.md): SI units; rotations are unit quaternions; a 6-vector is
-/// (angular; linear), rotation first, expressed in the frame it belongs to (the "body" frame).
+/// Conventions of the whole project (docs/symbols.md): SI units; rotations are unit quaternions; a 6-vector
+/// is (angular; linear), rotation first, expressed in the frame it belongs to (the "body" frame).
 #pragma once
 
 #include <Eigen/Dense>
@@ -9,9 +9,9 @@
 #include <filesystem>
 #include <random>
 #include <stdexcept>
-#include <vector>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace tendril {
 
@@ -62,7 +62,8 @@ struct Pose {
 /// exp and log of SE(3); xi = (angular [rad]; linear [m]).
 [[nodiscard]] Pose expSE3(const Vector6& xi);
 [[nodiscard]] Vector6 logSE3(const Pose& q);
-/// Inverse right Jacobian of SE(3) at xi: log(exp(xi) exp(d)) = xi + Jr^-1(xi) d + O(d^2). The left one is at -xi.
+/// Inverse right Jacobian of SE(3) at xi: log(exp(xi) exp(d)) = xi + Jr^-1(xi) d + O(d^2). The left one is at
+/// -xi.
 [[nodiscard]] Matrix6 rightJacobianInverseSE3(const Vector6& xi);
 
 /// Ad_q = [R 0; p^ R, R]: takes a twist of the body frame to the world frame.

@@ -15,12 +15,15 @@ struct RodProperties {
   double length = 1.0;     // L, m
   double radius = 0.01;    // r, m
   double density = 1000.;  // rho, kg/m^3
-  Vector6 c = Vector6::Ones();  // stiffness c = (GJ, EI2, EI3, EA, GA2, GA3), section 2.3: N m^2 (three), N (three)
-  int elements = 40;       // N, elements of the discrete rod; N + 1 nodes
+  Vector6 c =
+      Vector6::Ones();  // stiffness c = (GJ, EI2, EI3, EA, GA2, GA3), section 2.3: N m^2 (three), N (three)
+  int elements = 40;    // N, elements of the discrete rod; N + 1 nodes
   bool self_contact = false;  // true: the rod may not pass through itself
 
-  [[nodiscard]] double elementLength() const { return length / elements; }       // h, m
-  [[nodiscard]] double bendingStiffness() const { return 0.5 * (c[1] + c[2]); }  // EI, N m^2: the unit of forces
+  [[nodiscard]] double elementLength() const { return length / elements; }  // h, m
+  [[nodiscard]] double bendingStiffness() const {
+    return 0.5 * (c[1] + c[2]);
+  }  // EI, N m^2: the unit of forces
 };
 
 /// c = (GJ, EI, EI, EA, k GA, k GA) of a solid round rod, section 2.3; I = pi r^4/4, J = 2I, A = pi r^2.
@@ -56,7 +59,8 @@ struct RodState {
   [[nodiscard]] static RodState atRest(RodShape shape);
 };
 
-/// Distance (6): the mean distance of corresponding node positions [m]. Both shapes have the same number of nodes.
+/// Distance (6): the mean distance of corresponding node positions [m]. Both shapes have the same number of
+/// nodes.
 [[nodiscard]] double meanNodeDistance(const RodShape& a, const RodShape& b);
 /// The largest distance of corresponding node positions [m].
 [[nodiscard]] double maxNodeDistance(const RodShape& a, const RodShape& b);
@@ -65,7 +69,8 @@ struct RodState {
 /// between neighbouring nodes; the end frames stay exact.
 [[nodiscard]] RodShape resample(const RodShape& shape, int elements);
 
-/// Where a rod is put: the frame of its first node with the coordinate a (wrench there, N m and N, in that frame) ...
+/// Where a rod is put: the frame of its first node with the coordinate a (wrench there, N m and N, in that
+/// frame) ...
 struct PoseAndWrench {
   Pose pose;
   Vector6 wrench = Vector6::Zero();
@@ -76,8 +81,9 @@ struct GripperPoses {
 };
 using Placement = std::variant<PoseAndWrench, GripperPoses>;
 
-/// What the grippers do from `start_s` to `end_s`. A held end that does not move keeps the pose it has; the moving
-/// one (which must be held) approaches `target` on a straight line and by the shortest turn; an end not held is free.
+/// What the grippers do from `start_s` to `end_s`. A held end that does not move keeps the pose it has; the
+/// moving one (which must be held) approaches `target` on a straight line and by the shortest turn; an end
+/// not held is free.
 struct Control {
   double start_s = 0, end_s = 0;
   std::array<bool, 2> held = {false, false};
@@ -89,8 +95,8 @@ struct Control {
 
 /// A stored motion: between states k-1 and k every node's position moves in a straight line.
 struct Trajectory {
-  std::vector<double> time_s;                // strictly increasing
-  std::vector<std::array<bool, 2>> held;     // ends held during the motion that leads to state k
+  std::vector<double> time_s;             // strictly increasing
+  std::vector<std::array<bool, 2>> held;  // ends held during the motion that leads to state k
   std::vector<RodShape> shapes;
 };
 

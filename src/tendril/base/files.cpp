@@ -28,7 +28,8 @@ void writeFileAtomically(const fs::path& file, std::string_view content) {
   std::error_code error;
   if (file.has_parent_path()) fs::create_directories(file.parent_path(), error);
   if (error)
-    throw InputError(fmt::format("{}: the folder cannot be made: {}.", file.parent_path().string(), error.message()));
+    throw InputError(
+        fmt::format("{}: the folder cannot be made: {}.", file.parent_path().string(), error.message()));
   const fs::path temporary = file.string() + fmt::format(".{}.tmp", ::getpid());
   {
     std::ofstream out(temporary, std::ios::binary | std::ios::trunc);

@@ -6,8 +6,8 @@
 namespace tendril {
 namespace {
 
-/// Coefficients of the series in the angle; below kSmall the Taylor polynomials are exact to rounding, above it the
-/// closed forms lose no digit that matters (they are written without cancellation in 1 - cos).
+/// Coefficients of the series in the angle; below kSmall the Taylor polynomials are exact to rounding, above
+/// it the closed forms lose no digit that matters (they are written without cancellation in 1 - cos).
 constexpr double kSmallAngle2 = 1e-2;  // angle^2 below which the series are used (terms to angle^10)
 
 struct Coefficients {
@@ -35,8 +35,7 @@ double inverseCoefficient(double x2) {
 
 /// d inverseCoefficient / d(x^2).
 double inverseCoefficientRate(double x2) {
-  if (x2 < kSmallAngle2)
-    return 1.0 / 720 + x2 * (2.0 / 30240 + x2 * (3.0 / 1209600 + x2 * 4.0 / 47900160));
+  if (x2 < kSmallAngle2) return 1.0 / 720 + x2 * (2.0 / 30240 + x2 * (3.0 / 1209600 + x2 * 4.0 / 47900160));
   const double x = std::sqrt(x2), s = std::sin(0.5 * x), cot = std::cos(0.5 * x) / s;
   // f = (1 - x/2 cot(x/2))/x^2; df/dx = (-cot/2 + x/(4 s^2))/x^2 - 2 f/x
   const double f = (1 - 0.5 * x * cot) / x2;
@@ -90,7 +89,8 @@ Vector6 logSE3(const Pose& q) {
 
 Matrix6 rightJacobianInverseSE3(const Vector6& xi) {
   // Jr^-1(w, v) = [A 0; Q A] with A = I + w^/2 + f(|w|^2) w^ w^ and Q the derivative of A along v:
-  // Q = v^/2 + f (w^ v^ + v^ w^) + 2 f' (w.v) w^ w^, since the map a + eps b -> A(a + eps b) carries SE(3) as dual numbers.
+  // Q = v^/2 + f (w^ v^ + v^ w^) + 2 f' (w.v) w^ w^, since the map a + eps b -> A(a + eps b) carries SE(3) as
+  // dual numbers.
   const Vector3 w = xi.head<3>(), v = xi.tail<3>();
   const double x2 = w.squaredNorm(), f = inverseCoefficient(x2);
   const Matrix3 ws = skew(w), vs = skew(v), ww = ws * ws;
@@ -98,7 +98,8 @@ Matrix6 rightJacobianInverseSE3(const Vector6& xi) {
   Matrix6 j;
   j.topLeftCorner<3, 3>() = Matrix3::Identity() + 0.5 * ws + f * ww;
   j.topRightCorner<3, 3>().setZero();
-  j.bottomLeftCorner<3, 3>() = 0.5 * vs + f * (wv + wv.transpose()) + (2 * inverseCoefficientRate(x2) * w.dot(v)) * ww;
+  j.bottomLeftCorner<3, 3>() =
+      0.5 * vs + f * (wv + wv.transpose()) + (2 * inverseCoefficientRate(x2) * w.dot(v)) * ww;
   j.bottomRightCorner<3, 3>() = j.topLeftCorner<3, 3>();
   return j;
 }

@@ -320,6 +320,7 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
   // passed. A replay that keeps departing means the coarse rod misleads: then explore with the exact one,
   // whose replay is itself.
   constexpr int kCoarseAttempts = 4;
+  constexpr double kLastReplay = 0.5;  // s
   std::vector<Root> roots = {{{}, RodState::atRest(start)}};
   Replay best;
   best.nearest = std::numeric_limits<double>::infinity();
@@ -328,8 +329,13 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
     const bool coarsely = method.coarse && attempt < kCoarseAttempts;
     const Exploration found = (coarsely ? explorer : exact).explore(roots);
     states += found.states;
-    // An approximate motion is replayed even when the time is up: it is what the caller gets.
-    const std::function<bool()> stop = [&] { return reason == Reason::none && interrupted(); };
+    // An approximate motion is replayed even when time is up or the user has had enough, for it is what the
+    // caller gets; but not for longer than kLastReplay.
+    const double deadline = elapsed() + kLastReplay;
+    const std::function<bool()> stop = [&] {
+      if (reason == Reason::none) return work.stop();
+      return reason == Reason::extends ? interrupted() : elapsed() > deadline;
+    };
     const std::vector<ExtendControl> chain =
         coarsely && found.exact ? explorer.shortened(start, found.chain) : found.chain;
     Replay replay = replayExactly(exact.model(), exact.extendSettings(), exact.goal(), start, chain, stop);

@@ -8,7 +8,8 @@
 
 namespace tendril {
 
-Vector6 stiffnessOfRoundRod(double young_modulus, double shear_modulus, double radius, double shear_correction) {
+Vector6 stiffnessOfRoundRod(double young_modulus, double shear_modulus, double radius,
+                            double shear_correction) {
   const double area = std::numbers::pi * radius * radius, inertia = area * radius * radius / 4;
   const double bending = young_modulus * inertia, shear = shear_correction * shear_modulus * area;
   Vector6 c;
