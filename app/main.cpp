@@ -36,6 +36,9 @@ int main(int argc, char** argv) {
   } catch (const InputError& error) {
     fmt::print(stderr, "tendril: {}\n", error.what());
     return kBadInput;
+  } catch (const std::exception& error) {  // of a library: a path or a device it cannot handle
+    fmt::print(stderr, "tendril: unexpected: {}\n", error.what());
+    return kBadInput;
   }
   return status;
 }

@@ -64,7 +64,7 @@ void printSummary(const Solution& solution, const std::optional<VerificationRepo
   fmt::print("the motion: {:.2f} s, {} controls, {} stored states\n", solution.trajectory.time_s.back(),
              solution.controls.size(), solution.trajectory.shapes.size());
   if (report && report->valid()) {
-    if (std::isfinite(report->smallest_clearance))
+    if (!solution.scenario.environment.meshes.empty())
       fmt::print("verified; the smallest clearance is at least {:.4g} mm\n",
                  1e3 * report->smallest_clearance);
     else
@@ -143,7 +143,8 @@ void addPlan(CLI::App& app, int& status) {
       ->check(CLI::Validator(positiveSeconds, "> 0"))
       ->type_name("S");
   command
-      .add_option("--threads", options->threads, "Threads to plan with; the plan is the same for any number")
+      .add_option("--threads", options->threads,
+                  "Recorded; planning takes one thread, and the plan is the same for any number")
       ->capture_default_str()
       ->check(CLI::Range(1, 1024))
       ->type_name("K");

@@ -65,6 +65,7 @@ struct SamplingBox {
 };
 /// Draws a from the box until it is stable, uninverted and (with the rod's radius) clear of itself. Expected
 /// draws about 4 at the default box. Base pose is left to the caller.
+/// Throws InputError after 100000 draws without one: a box far beyond the stable wrenches.
 [[nodiscard]] Equilibrium sampleStable(EquilibriumIntegrator& integrator, const RodProperties& rod,
                                        const SamplingBox& box, Random& random);
 

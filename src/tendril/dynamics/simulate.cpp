@@ -39,7 +39,13 @@ StepReport ControlRunner::advance(RodState& state, RodWorkspace& workspace, bool
 int stepCount(const Control& control, double time_step) {
   const double steps = (control.end_s - control.start_s) / time_step;
   const double whole = std::round(steps);
-  if (whole < 1 || std::abs(steps - whole) > 1e-6 * std::max(1.0, whole))
+  constexpr double kMostSteps = 1e9, kSlack = 1e-10;  // of time, relative
+  if (!(whole <= kMostSteps))
+    throw InputError(
+        fmt::format("controls: from {} s to {} s is more than 1e9 time steps of {} s; shorten it.",
+                    control.start_s, control.end_s, time_step));
+  if (whole < 1 || std::abs(control.end_s - control.start_s - whole * time_step) >
+                       kSlack * std::max(1.0, std::abs(control.end_s)))
     throw InputError(
         fmt::format("controls: from {} s to {} s is {} time steps of {} s; a control lasts a whole number of "
                     "steps, at least one.",
@@ -66,7 +72,8 @@ double travelTime(const RodShape& a, const RodShape& b, const std::array<bool, 2
 
 TrajectoryRecorder::TrajectoryRecorder(const RodModel& model, const RodShape& start) : model_(model) {
   trajectory_.time_s.push_back(0);
-  trajectory_.held.push_back({false, false});
+  const Grasp usual = model.grippers.grasps.front();  // until a control says otherwise
+  trajectory_.held.push_back({usual != Grasp::last, usual != Grasp::first});
   trajectory_.shapes.push_back(start);
 }
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "tendril/planner.h"
 #include "tendril/statics.h"
@@ -21,17 +22,20 @@ std::string misplacement(const RodShape& shape, const Scenario& scenario, const 
     if (!scenario.environment.workspace.contains(positions[i]))
       return fmt::format("leaves environment.workspace_m at node {} ({:.4g}, {:.4g}, {:.4g} m)", i,
                          positions[i].x(), positions[i].y(), positions[i].z());
-  const Obstacles::Clearance near = obstacles.clearance(positions, scenario.rod.radius);
-  if (near.segment >= 0 && near.distance <= scenario.rod.radius) {
+  // Touching counts as penetrating: a rod without any gap cannot be moved.
+  const double least = scenario.rod.radius + 1e-9 * scenario.rod.length;
+  const Obstacles::Clearance near = obstacles.clearance(positions, least);
+  if (near.segment >= 0) {
     const auto k = static_cast<std::size_t>(near.segment);
     const bool second = (near.on_rod - positions[k]).norm() > (near.on_rod - positions[k + 1]).norm();
     const Obstacles::Face& face = obstacles.faces()[static_cast<std::size_t>(near.face)];
-    return fmt::format("penetrates {} by {:.3g} mm at node {} (face {})",
+    return fmt::format("touches or penetrates {} by {:.3g} mm at node {} (face {})",
                        scenario.environment.meshes[static_cast<std::size_t>(face.mesh)].file,
-                       1e3 * (scenario.rod.radius - near.distance), near.segment + (second ? 1 : 0),
-                       face.face_in_mesh);
+                       1e3 * std::max(0.0, scenario.rod.radius - near.distance),
+                       near.segment + (second ? 1 : 0), face.face_in_mesh);
   }
-  const double self = selfDistance(shape, scenario.rod);
+  const double self =
+      scenario.rod.self_contact ? selfDistance(shape, scenario.rod) : std::numeric_limits<double>::infinity();
   if (self < 2 * scenario.rod.radius)
     return fmt::format("passes through itself by {:.3g} mm", 1e3 * (2 * scenario.rod.radius - self));
   return {};
@@ -70,7 +74,9 @@ RodShape judgedShape(const Scenario& scenario, const Obstacles& obstacles, const
     throw InputError(
         fmt::format("{}: no stable static equilibrium was found between {}.grippers.first and last; bring "
                     "them nearer to each other "
-                    "than the rod's length, or give {}.pose and {}.wrench.",
+                    "than the rod's length; where they face each other exactly, turn or shift one a little "
+                    "(a round rod buckles to any side "
+                    "alike, and none of these is stable); or give {}.pose and {}.wrench.",
                     where, key, key, key));
   for (const Equilibrium& rod : found)
     if (misplacement(rod.nodes, scenario, obstacles).empty()) return rod.nodes;

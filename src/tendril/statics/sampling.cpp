@@ -41,7 +41,8 @@ Equilibrium sampleStable(EquilibriumIntegrator& integrator, const RodProperties&
                          Random& random) {
   const statics::Units units(rod);
   Equilibrium out;
-  for (;;) {
+  constexpr int kMostDraws = 100000;
+  for (int draw = 0; draw < kMostDraws; ++draw) {
     Vector6 a;
     for (int i = 0; i < 3; ++i) a[i] = random.uniform(-box.moment, box.moment);
     for (int i = 3; i < 6; ++i) a[i] = random.uniform(-box.force, box.force);
@@ -51,6 +52,9 @@ Equilibrium sampleStable(EquilibriumIntegrator& integrator, const RodProperties&
       continue;
     if (selfDistance(out.nodes, rod) > 2 * rod.radius) return out;
   }
+  throw InputError(
+      "no stable rod was found in 100000 draws of the sampling box; make planner.sample_moment and "
+      "planner.sample_force smaller");
 }
 
 }  // namespace tendril
