@@ -247,6 +247,16 @@ TEST(Statics, ARodCompressedToNothingIsInverted) {
   EXPECT_EQ(integrator.shape({}, vector6(0, 0, 0, -18.9, 0, 0), e), ChartStatus::equilibrium);
 }
 
+TEST(Statics, AnySqueezeBeyondTheRodsLengthIsInvertedHoweverStrong) {
+  const RodProperties rod;
+  EquilibriumIntegrator integrator(rod);
+  Equilibrium e;
+  for (const double strain : {1.0, 10.0, 1e6, 1e12}) {
+    EXPECT_EQ(integrator.solve({}, -strain * rod.c[3] * Vector6::Unit(3), e), ChartStatus::inverted);
+    EXPECT_EQ(integrator.shape({}, -strain * rod.c[3] * Vector6::Unit(3), e), ChartStatus::inverted);
+  }
+}
+
 TEST(Statics, ARodInvertedOnlyInItsMiddleIsInverted) {
   // The force turns from tension to compression and back relative to the tangent as the rod curls through a
   // full turn.

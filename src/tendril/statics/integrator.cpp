@@ -33,8 +33,10 @@ double smallestOfCubic(double f0, double g0, double f1, double g1) {
   return smallest;
 }
 
-/// Whether 1 + u4 stays above the limit on a step between two stations; by the cubic through values and
-/// slopes.
+/// Whether the wrench inverts the rod where it is applied; no integration is needed to see that.
+bool invertedAtBase(const Vector6& c, const Vector6& a) { return 1 + a[3] / c[3] <= kSmallestStretch; }
+
+/// Whether 1 + u4 falls to the limit on a step between two stations; by the cubic through values and slopes.
 bool inverted(const Chart& chart, const PathState& from, const PathState& to, double h) {
   return smallestOfCubic(chart.stretch(from), h * chart.stretchRate(from), chart.stretch(to),
                          h * chart.stretchRate(to)) <= kSmallestStretch;
@@ -171,6 +173,7 @@ EquilibriumIntegrator::EquilibriumIntegrator(EquilibriumIntegrator&&) noexcept =
 
 ChartStatus EquilibriumIntegrator::shape(const Pose& base, const Vector6& wrench, Equilibrium& out) {
   const Vector6 a = impl_->units.wrenchToNatural(wrench);
+  if (invertedAtBase(impl_->c, a)) return ChartStatus::inverted;
   if (!impl_->integrateShape(Chart(impl_->c, a), stepCount(impl_->c, a))) return ChartStatus::inverted;
   impl_->write(base, wrench, out);
   return ChartStatus::equilibrium;
@@ -178,6 +181,7 @@ ChartStatus EquilibriumIntegrator::shape(const Pose& base, const Vector6& wrench
 
 ChartStatus EquilibriumIntegrator::solve(const Pose& base, const Vector6& wrench, Equilibrium& out) {
   const Vector6 a = impl_->units.wrenchToNatural(wrench);
+  if (invertedAtBase(impl_->c, a)) return ChartStatus::inverted;
   const Chart chart(impl_->c, a);
   const int segments = stepCount(impl_->c, a) / kStepsPerSegment;
   const double length = 1.0 / segments;
