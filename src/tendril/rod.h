@@ -19,12 +19,21 @@ struct RodProperties {
       Vector6::Ones();  // stiffness c = (GJ, EI2, EI3, EA, GA2, GA3), section 2.3: N m^2 (three), N (three)
   int elements = 40;    // N, elements of the discrete rod; N + 1 nodes
   bool self_contact = false;  // true: the rod may not pass through itself
+  /// The pre-formed rod's curvature at rest: (twist, bending, bending) [1/m] in the material frame. Empty:
+  /// straight; one: the same all along the rod; else one per element.
+  std::vector<Vector3> rest_curvature;
 
   [[nodiscard]] double elementLength() const { return length / elements; }  // h, m
   [[nodiscard]] double bendingStiffness() const {
     return 0.5 * (c[1] + c[2]);
   }  // EI, N m^2: the unit of forces
+  /// The curvature at rest of an element [1/m].
+  [[nodiscard]] Vector3 restCurvature(int element) const;
 };
+
+/// The rod cut into another number of elements; a rest curvature given per element is averaged over the new
+/// ones.
+[[nodiscard]] RodProperties withElements(const RodProperties& rod, int elements);
 
 /// c = (GJ, EI, EI, EA, k GA, k GA) of a solid round rod, section 2.3; I = pi r^4/4, J = 2I, A = pi r^2.
 ///   young_modulus, shear_modulus [Pa], radius [m], shear_correction k [-] (the paper has 1).

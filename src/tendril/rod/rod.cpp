@@ -24,6 +24,31 @@ RodState RodState::atRest(RodShape shape) {
   return state;
 }
 
+Vector3 RodProperties::restCurvature(int element) const {
+  if (rest_curvature.empty()) return Vector3::Zero();
+  if (rest_curvature.size() == 1) return rest_curvature.front();
+  assert(static_cast<int>(rest_curvature.size()) == elements);
+  return rest_curvature[static_cast<std::size_t>(element)];
+}
+
+RodProperties withElements(const RodProperties& rod, int elements) {
+  RodProperties out = rod;
+  out.elements = elements;
+  if (rod.rest_curvature.size() <= 1) return out;
+  // The mean over each new element of the piecewise constant curvature; lengths are counted in 1 / (old new)
+  // of L.
+  out.rest_curvature.assign(static_cast<std::size_t>(elements), Vector3::Zero());
+  for (int i = 0; i < elements; ++i)
+    for (int j = i * rod.elements / elements; j < rod.elements && j * elements < (i + 1) * rod.elements;
+         ++j) {
+      const int overlap =
+          std::min((i + 1) * rod.elements, (j + 1) * elements) - std::max(i * rod.elements, j * elements);
+      out.rest_curvature[static_cast<std::size_t>(i)] +=
+          static_cast<double>(overlap) / rod.elements * rod.restCurvature(j);
+    }
+  return out;
+}
+
 double meanNodeDistance(const RodShape& a, const RodShape& b) {
   assert(a.size() == b.size() && !a.empty());
   double sum = 0;
