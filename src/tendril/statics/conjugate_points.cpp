@@ -3,52 +3,57 @@
 namespace tendril::statics {
 namespace {
 
+using RowMatrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+
 Matrix6 symmetricPart(const Matrix6& a) { return 0.5 * (a + a.transpose()); }
 
-/// P = X D X^T = X Y X^T + sym X, congruent to D = Y + Ys (README.md, 5).
-Matrix6 congruentOfD(const Matrix6& y, const Matrix6& x) {
-  const Matrix6 xy = x * y;
-  return symmetricPart(xy * x.transpose() + x);
-}
-
-/// Ad_q diag(1/c)^(1/2): the factor of S at a frame.
-Matrix6 factorOfS(const Chart& chart, const PathState& at) {
-  Vector6 root;
-  root << chart.compliance_m.cwiseSqrt(), chart.compliance_n.cwiseSqrt();
-  return adjoint(poseOf(at)) * root.asDiagonal();
+/// P = X D X^T = X Y X^T + sym(U X^T), congruent to D = Y + X^-1 U (README.md, 5).
+Matrix6 congruentOfD(const Matrix6& y, const Segment& segment) {
+  return symmetricPart(segment.x * y * segment.x.transpose()) + segment.u_transpose;
 }
 
 }  // namespace
 
-void ConjugatePoints::start(const Matrix6& x) { y_ = symmetricPart(x.inverse()); }
+Segment::Segment(const SegmentMatrices& matrices, const Matrix6* b) : x(Eigen::Map<const RowMatrix6>(matrices.x)) {
+  if (b) {
+    lx = Matrix6::Identity();
+    u = Matrix6::Identity() + x * *b;
+    lu = Matrix6::Zero();
+  } else {
+    lx = Eigen::Map<const RowMatrix6>(matrices.lx);
+    u = Eigen::Map<const RowMatrix6>(matrices.u);
+    lu = Eigen::Map<const RowMatrix6>(matrices.lu);
+  }
+  l_inverse = symmetricPart(lx * x.inverse());
+  u_transpose = symmetricPart(u * x.transpose());
+}
 
-bool ConjugatePoints::passIfFree(const Matrix6& x) {
-  const Eigen::LLT<Matrix6> cholesky(congruentOfD(y_, x));
+void Segment::advance(Matrix6& k, Matrix6& l) const {
+  const Matrix6 start = k;
+  k = u * start + x * l;
+  l = lu * start + lx * l;
+}
+
+bool ConjugatePoints::passIfFree(const Segment& segment) {
+  const Eigen::LLT<Matrix6> cholesky(congruentOfD(y_, segment));
   if (cholesky.info() != Eigen::Success) return false;
   p_inverse_ = cholesky.solve(Matrix6::Identity());
-  y_ = symmetricPart(x.inverse() - p_inverse_);
+  y_ = symmetricPart(segment.l_inverse - p_inverse_);
   return true;
 }
 
-bool ConjugatePoints::isFree(const Matrix6& x) const {
-  return Eigen::LLT<Matrix6>(congruentOfD(y_, x)).info() == Eigen::Success;
+bool ConjugatePoints::isFree(const Segment& segment) const {
+  return Eigen::LLT<Matrix6>(congruentOfD(y_, segment)).info() == Eigen::Success;
 }
 
-Vector6 ConjugatePoints::timesToConjugatePoints(const Matrix6& x, const Chart& chart,
-                                                const PathState& end) const {
-  const Matrix6 f = factorOfS(chart, end).inverse();
-  const Matrix6 e = f * congruentOfD(y_, x) * f.transpose();
-  return Eigen::SelfAdjointEigenSolver<Matrix6>(e, Eigen::EigenvaluesOnly).eigenvalues();
+Vector6 ConjugatePoints::timesToConjugatePoints(const Segment& segment, const Matrix6& s) const {
+  return Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6>(congruentOfD(y_, segment), s, Eigen::EigenvaluesOnly)
+      .eigenvalues();
 }
 
-void ConjugatePoints::pass(const Matrix6& x) {
-  p_inverse_ = congruentOfD(y_, x).inverse();
-  y_ = symmetricPart(x.inverse() - p_inverse_);
-}
-
-double ConjugatePoints::timeLeft(const Chart& chart, const PathState& end) const {
-  const Matrix6 f = factorOfS(chart, end);
-  return 1 / (f.transpose() * p_inverse_ * f).trace();
+void ConjugatePoints::pass(const Segment& segment) {
+  p_inverse_ = congruentOfD(y_, segment).inverse();
+  y_ = symmetricPart(segment.l_inverse - p_inverse_);
 }
 
 }  // namespace tendril::statics

@@ -1,7 +1,8 @@
-/// Conjugate points by composing segments (README.md, 5 and 6). Private to the statics.
+/// Conjugate points by composing segments (README.md, 5 to 7 and 9), for light and heavy rods. Private to the statics.
 #pragma once
 
-#include "tendril/statics/chart.h"
+#include "tendril/base.h"
+#include "tendril/statics/kernel.h"
 
 namespace tendril::statics {
 
@@ -9,27 +10,36 @@ namespace tendril::statics {
 /// is `marginal`.
 inline constexpr double kMarginalTime = 1e-6;
 
-/// Y = K^-1 + B/2 at the end of the segments passed so far, and what came up on the way.
+/// Two solutions (K, L) over one segment: (X, Lx) from (0, 1), (U, Lu) from (1, 0); and sym(Lx X^-1), sym(U X^T).
+struct Segment {
+  Matrix6 x, lx, u, lu;
+  Matrix6 l_inverse, u_transpose;
+
+  /// `b` is the rod's B, for a weightless one; null for a heavy one.
+  Segment(const SegmentMatrices& matrices, const Matrix6* b);
+  /// (K, L) at the segment's end from that at its start.
+  void advance(Matrix6& k, Matrix6& l) const;
+};
+
+/// Y = L K^-1 + B/2 at the end of the segments passed so far, and what came up on the way.
 class ConjugatePoints {
  public:
-  /// Starts with the first segment: x = K over it. No segment has a conjugate point of its own.
-  void start(const Matrix6& x);
+  /// Starts with the first segment. No segment has a conjugate point of its own.
+  void start(const Segment& segment) { y_ = segment.l_inverse; }
   /// Passes the next segment. Returns false, and leaves everything as it was, if a conjugate point lies
   /// inside or at its end.
-  [[nodiscard]] bool passIfFree(const Matrix6& x);
-  /// Whether the segment x holds a conjugate point, seen from its start; passes nothing.
-  [[nodiscard]] bool isFree(const Matrix6& x) const;
+  [[nodiscard]] bool passIfFree(const Segment& segment);
+  /// Whether the segment holds a conjugate point, seen from its start; passes nothing.
+  [[nodiscard]] bool isFree(const Segment& segment) const;
 
-  /// The eigenvalues of the pencil (D, -dD/dt) at the end of the segment x, ascending: to first order the
-  /// times from there to the conjugate points, negative for those passed. `end` is the frame at the segment's
-  /// end.
-  [[nodiscard]] Vector6 timesToConjugatePoints(const Matrix6& x, const Chart& chart,
-                                               const PathState& end) const;
+  /// The eigenvalues of the pencil (D, -dD/dt) at the end of the segment, ascending: to first order the
+  /// times from there to the conjugate points, negative for those passed. `s` = Ad_q diag(1/c) Ad_q^T at the segment's end.
+  [[nodiscard]] Vector6 timesToConjugatePoints(const Segment& segment, const Matrix6& s) const;
   /// Passes the segment whatever it holds.
-  void pass(const Matrix6& x);
+  void pass(const Segment& segment);
   /// The smallest possible time to a conjugate point after the last segment passed by passIfFree is at least
-  /// this.
-  [[nodiscard]] double timeLeft(const Chart& chart, const PathState& end) const;
+  /// this; `s` as above.
+  [[nodiscard]] double timeLeft(const Matrix6& s) const { return 1 / p_inverse_.cwiseProduct(s).sum(); }
 
  private:
   Matrix6 y_;          // Y

@@ -1,24 +1,15 @@
+#include "tendril/statics/integrator.h"
+
 #include <algorithm>
 #include <cmath>
-#include <string>
-#include <vector>
 
-#include "tendril/statics.h"
-#include "tendril/statics/chart.h"
-#include "tendril/statics/conjugate_points.h"
+#include "tendril/statics/laws.h"
 
-namespace tendril {
-namespace statics {
+namespace tendril::statics {
 namespace {
 
-constexpr double kSmallestStretch = 0.05;  // 1 + u4 at or below this is no rod
-constexpr double kTimeTolerance = 1e-10;   // of first_conjugate_t
-constexpr int kStepsPerSegment = 2;
-
-/// The integrated rod at the end of one step, with what quintic interpolation needs.
-struct Station {
-  PathState y, dy, ddy;
-};
+constexpr double kTimeTolerance = 1e-11;   // of first_conjugate_t
+constexpr int kLocatingFactor = 4;         // times as many steps to locate a conjugate time as for the verdict
 
 /// The smallest value on [0, 1] of the cubic with values f0, f1 and derivatives g0, g1 at the ends.
 double smallestOfCubic(double f0, double g0, double f1, double g1) {
@@ -33,238 +24,289 @@ double smallestOfCubic(double f0, double g0, double f1, double g1) {
   return smallest;
 }
 
-/// Whether the wrench inverts the rod where it is applied; no integration is needed to see that.
-bool invertedAtBase(const Vector6& c, const Vector6& a) { return 1 + a[3] / c[3] <= kSmallestStretch; }
+/// One section with what interpolation between steps needs: everything times h, h^2.
+struct Station {
+  HeavyChart<double> chart;
+  Section<double> s;
+  const double* y;
 
-/// Whether 1 + u4 falls to the limit on a step between two stations; by the cubic through values and slopes.
-bool inverted(const Chart& chart, const PathState& from, const PathState& to, double h) {
-  return smallestOfCubic(chart.stretch(from), h * chart.stretchRate(from), chart.stretch(to),
-                         h * chart.stretchRate(to)) <= kSmallestStretch;
-}
-
-/// The quintic through value, first and second derivative at both ends of a step h, at theta in (0, 1).
-PathState quintic(const Station& from, const Station& to, double h, double theta) {
-  const double t = theta, t2 = t * t, t3 = t2 * t, u = 1 - t;
-  const double a1 = t3 * (10 - 15 * t + 6 * t2), a0 = 1 - a1;
-  const double b0 = h * t * u * u * u * (1 + 3 * t), b1 = -h * t3 * u * (4 - 3 * t);
-  const double c0 = 0.5 * h * h * t2 * u * u * u, c1 = 0.5 * h * h * t3 * u * u;
-  return a0 * from.y + a1 * to.y + b0 * from.dy + b1 * to.dy + c0 * from.ddy + c1 * to.ddy;
-}
-
-}  // namespace
-}  // namespace statics
-
-using namespace statics;
-
-struct EquilibriumIntegrator::Impl {
-  RodProperties rod;
-  Units units;
-  Vector6 c;                      // in the rod's units
-  std::vector<Station> stations;  // of the last shape integrated
-  Stages<PathState> path_stages;
-  Stages<JointState> joint_stages;
-
-  explicit Impl(const RodProperties& properties) : rod(properties), units(rod), c(naturalStiffness(rod)) {
-    if (rod.elements < 1)
-      throw InputError("the rod has " + std::to_string(rod.elements) + " elements; it needs at least 1");
-  }
-
-  /// K over a segment of length `length` that starts at `at`, from K = 0; `at` becomes the segment's end.
-  /// Fills the `record` stations of its steps, if given.
-  Matrix6 segment(const Chart& chart, PathState& at, double length, Station* record = nullptr) {
-    JointState y;
-    y.head<8>() = at;
-    y.tail<36>().setZero();
-    for (int i = 0; i < kStepsPerSegment; ++i) {
-      if (record) record[i].y = y.head<8>();
-      chart.step(y, length / kStepsPerSegment, joint_stages);
-      if (record) record[i].dy = joint_stages[0].head<8>();
+  Station(const SingleRod& rod, const double* state, double start, double h, const double* kappa0) : y(state) {
+    for (int i = 0; i < 3; ++i) {
+      chart.moment[i] = rod.moment[i], chart.weight[i] = rod.weight[i];
+      chart.force[i] = rod.force[i] - start * rod.weight[i];
+      chart.cm[i] = h * rod.compliance[i], chart.cn[i] = h * rod.compliance[3 + i];
+      chart.kappa0[i] = h * kappa0[i];
     }
-    at = y.head<8>();
-    return kOf(y);
+    chart.h = h;
+    sectionAt(chart, y, s);
   }
-
-  /// Fills stations 0..steps and their derivatives; false if the rod is inverted.
-  bool integrateShape(const Chart& chart, int steps) {
-    stations.resize(static_cast<std::size_t>(steps) + 1);
-    const double h = 1.0 / steps;
-    stations[0].y = startOfPath();
-    for (std::size_t i = 0; i + 1 < stations.size(); ++i) {
-      stations[i + 1].y = stations[i].y;
-      chart.step(stations[i + 1].y, h, path_stages);
-      stations[i].dy = path_stages[0];
-    }
-    return finishShape(chart);
+  [[nodiscard]] Vector3 weightInBody() const {
+    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> r(s.r);
+    return r.transpose() * Vector3::Map(chart.weight);
   }
-
-  /// What the last step leaves out: the end's rate, second derivatives; false if the rod is inverted
-  /// somewhere.
-  bool finishShape(const Chart& chart) {
-    const double h = 1.0 / static_cast<double>(stations.size() - 1);
-    stations.back().dy = chart.rate(stations.back().y);
-    if (chart.mayInvert(kSmallestStretch))
-      for (std::size_t i = 0; i + 1 < stations.size(); ++i)
-        if (inverted(chart, stations[i].y, stations[i + 1].y, h)) return false;
-    for (Station& s : stations) s.ddy = chart.secondRate(s.y, s.dy);
-    return true;
+  /// 1 + u4 and h times its derivative.
+  [[nodiscard]] double stretch() const { return s.v[0] / chart.h; }
+  [[nodiscard]] double stretchRate() const {
+    return chart.cn[0] / chart.h * (s.n[1] * s.kappa[2] - s.n[2] * s.kappa[1] - chart.h * weightInBody().x());
   }
-
-  /// The nodes in world, in metres, and the energy, from the stations.
-  void write(const Pose& base, const Vector6& wrench, Equilibrium& out) const {
-    const auto place = [&](const PathState& y) {
-      Pose q = poseOf(y);
-      q.position *= units.length;
-      return base * q;
-    };
-    const int steps = static_cast<int>(stations.size()) - 1, elements = rod.elements;
-    const double h = 1.0 / steps;
-    out.base = base;
-    out.wrench = wrench;
-    out.nodes.resize(static_cast<std::size_t>(elements) + 1);
-    for (int i = 1; i < elements; ++i) {
-      // node i lies at i / elements = (k + rest / elements) / steps
-      const std::int64_t at = static_cast<std::int64_t>(i) * steps;
-      const auto k = static_cast<std::size_t>(at / elements);
-      const std::int64_t rest = at % elements;
-      const Station& from = stations[k];
-      out.nodes[static_cast<std::size_t>(i)] =
-          place(rest == 0 ? from.y : quintic(from, stations[k + 1], h, static_cast<double>(rest) / elements));
-    }
-    out.nodes.front() = base;
-    out.nodes.back() = place(stations.back().y);
-    out.energy = stations.back().y[7] * units.energy;
+  using Frame = Eigen::Array<double, 7, 1>;
+  [[nodiscard]] Frame value() const { return Frame::Map(y); }
+  [[nodiscard]] Frame first() const {
+    Frame rate;
+    rotationRate(y, s, rate.data());
+    for (int i = 0; i < 3; ++i) rate[4 + i] = positionRate(s, i);
+    return rate;
   }
-
-  /// The first conjugate time of an unstable rod: walks again in four times as many segments, so that the
-  /// time is far more exact than the verdict needs, up to the one that is not free, and bisects it. At
-  /// most 1.
-  double firstConjugateTime(const Chart& chart, int coarse_segments) {
-    const int segments = 4 * coarse_segments;
-    const double length = 1.0 / segments;
-    ConjugatePoints points;
-    PathState at = startOfPath();
-    for (int k = 0; k < segments; ++k) {
-      const PathState start = at;
-      const Matrix6 x = segment(chart, at, length);
-      if (k == 0)
-        points.start(x);
-      else if (!points.passIfFree(x))
-        return k * length + conjugateTimeWithin(chart, points, start, length);
-    }
-    return 1;
-  }
-
-  /// The time, from the start of a segment that holds a conjugate point, to the first.
-  double conjugateTimeWithin(const Chart& chart, const ConjugatePoints& before, const PathState& start,
-                             double length) {
-    double low = 0, high = length;
-    while (high - low > kTimeTolerance) {
-      const double middle = 0.5 * (low + high);
-      PathState at = start;
-      (before.isFree(segment(chart, at, middle)) ? low : high) = middle;
-    }
-    return high;
+  [[nodiscard]] Frame second() const {
+    const Vector3 m = Vector3::Map(s.m), n = Vector3::Map(s.n), kappa = Vector3::Map(s.kappa), v = Vector3::Map(s.v);
+    const Vector3 m_rate = m.cross(kappa) + n.cross(v), n_rate = n.cross(kappa) - chart.h * weightInBody();  // eq. (2)
+    const Vector3 kappa_rate = Vector3::Map(chart.cm).cwiseProduct(m_rate);
+    const Vector3 v_rate = Vector3::Map(chart.cn).cwiseProduct(n_rate);
+    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> r(s.r);
+    // Q'' = (Q' kappa + Q kappa') / 2 with kappa as a pure quaternion
+    const Frame rate = first();
+    const Quaternion q(y[3], y[0], y[1], y[2]), dq(rate[3], rate[0], rate[1], rate[2]);
+    const Quaternion k(0, kappa.x(), kappa.y(), kappa.z()), dk(0, kappa_rate.x(), kappa_rate.y(), kappa_rate.z());
+    Frame out;
+    out << 0.5 * ((dq * k).coeffs() + (q * dk).coeffs()), r * (kappa.cross(v) + v_rate);
+    return out;
   }
 };
 
-EquilibriumIntegrator::EquilibriumIntegrator(const RodProperties& rod) : impl_(std::make_unique<Impl>(rod)) {}
-EquilibriumIntegrator::~EquilibriumIntegrator() = default;
-EquilibriumIntegrator::EquilibriumIntegrator(EquilibriumIntegrator&&) noexcept = default;
+/// The quintic through value, first and second derivative (times h, h^2) at both ends of a step, at theta in (0, 1).
+Station::Frame quintic(const Station& from, const Station& to, double theta) {
+  const double t = theta, t2 = t * t, t3 = t2 * t, u = 1 - t;
+  const double a1 = t3 * (10 - 15 * t + 6 * t2), a0 = 1 - a1;
+  const double b0 = t * u * u * u * (1 + 3 * t), b1 = -t3 * u * (4 - 3 * t);
+  const double c0 = 0.5 * t2 * u * u * u, c1 = 0.5 * t3 * u * u;
+  return a0 * from.value() + a1 * to.value() + b0 * from.first() + b1 * to.first() + c0 * from.second() +
+         c1 * to.second();
+}
 
-ChartStatus EquilibriumIntegrator::shape(const Pose& base, const Vector6& wrench, Equilibrium& out) {
-  const Vector6 a = impl_->units.wrenchToNatural(wrench);
-  if (invertedAtBase(impl_->c, a)) return ChartStatus::inverted;
-  if (!impl_->integrateShape(Chart(impl_->c, a), stepCount(impl_->c, a))) return ChartStatus::inverted;
-  impl_->write(base, wrench, out);
+/// J(1) = Ad_q^-1 K(1), by da in the first node's own axes: `turned` is the end's frame in base axes, `to_base_axes` the first
+/// node's rotation.
+Matrix6 jacobianFrom(const Matrix6& k, const Pose& turned, const Quaternion& to_base_axes) {
+  const Matrix3 r = to_base_axes.toRotationMatrix(), back = turned.rotation.toRotationMatrix().transpose();
+  Matrix6 j;
+  j.topRows<3>() = back * k.topRows<3>();
+  j.bottomRows<3>() = back * (k.bottomRows<3>() - skew(turned.position) * k.topRows<3>());
+  Matrix6 out;
+  out << j.leftCols<3>() * r, j.rightCols<3>() * r;
+  return out;
+}
+
+Pose poseOf(const double* y) { return {Quaternion(y[3], y[0], y[1], y[2]), Vector3(y[4], y[5], y[6])}; }
+
+}  // namespace
+
+EquilibriumEnd toSi(const NaturalEnd& end, const Units& units) {
+  EquilibriumEnd out{{end.end.rotation, units.length * end.end.position}, units.energy * end.energy, end.jacobian,
+                     end.stable};
+  out.jacobian.bottomRows<3>() *= units.length;
+  out.jacobian.leftCols<3>() /= units.moment;
+  out.jacobian.rightCols<3>() /= units.force;
+  return out;
+}
+
+void Integrator::begin(const Vector6& a, const Vector3& weight, int accuracy) {
+  steps_ = rod_.stepCount(a, accuracy);
+  single_.heavy = rod_.heavy();
+  for (int i = 0; i < 6; ++i) single_.compliance[i] = rod_.kernel.compliance[i];
+  if (single_.heavy) {
+    from_base_axes_ = Quaternion::Identity();
+    for (int i = 0; i < 3; ++i)
+      single_.moment[i] = a[i], single_.force[i] = a[3 + i], single_.weight[i] = weight[i], single_.rotation[i] = 0;
+    single_.rotation[3] = 1;
+  } else {
+    const AlignedWrench turned = aligned(rod_, a, steps_);
+    for (int i = 0; i < 3; ++i) single_.moment[i] = turned.moment[i], single_.force[i] = 0, single_.weight[i] = 0;
+    single_.force[2] = turned.force;
+    for (int i = 0; i < 4; ++i) single_.rotation[i] = turned.rotation[i];
+    from_base_axes_ = Quaternion(turned.rotation[3], turned.rotation[0], turned.rotation[1], turned.rotation[2]).conjugate();
+  }
+  const Vector3 m = Vector3::Map(single_.moment), n = Vector3::Map(single_.force);
+  bracket_ << skew(m), skew(n), skew(n), Matrix3::Zero();  // ad_eta^T a = (m x w + n x v; n x w) for eta = (w; v)
+  states_.resize(static_cast<std::size_t>(steps_) + 1);
+  states_[0].fill(0);
+  std::copy_n(single_.rotation, 4, states_[0].begin());
+}
+
+const double* Integrator::kappa0(int step) const {
+  const auto count = static_cast<std::int64_t>(rod_.kappa0.size());
+  return rod_.kappa0[count == 1 ? 0 : static_cast<std::size_t>(step * count / steps_)].data();
+}
+
+Segment Integrator::segment(State& state, double start, double h, int count, int step, State* record) const {
+  SegmentMatrices matrices;
+  kernel().segment(single_, {start, h, count, kappa0(step)}, state.data(),
+                   record ? reinterpret_cast<double(*)[kState]>(record) : nullptr, matrices);
+  return Segment(matrices, single_.heavy ? nullptr : &bracket_);
+}
+
+Matrix6 Integrator::complianceAt(const State& state) const {
+  const Eigen::Map<const Vector6> compliance(single_.compliance);
+  const Matrix6 ad = adjoint(poseOf(state.data()));
+  return ad * compliance.asDiagonal() * ad.transpose();
+}
+
+bool Integrator::inverted() const {
+  const double h = 1.0 / steps_;
+  for (int i = 0; i < steps_; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Station from(single_, states_[k].data(), i * h, h, kappa0(i));
+    const Station to(single_, states_[k + 1].data(), (i + 1) * h, h, kappa0(i));
+    if (!(smallestOfCubic(from.stretch(), from.stretchRate(), to.stretch(), to.stretchRate()) > kSmallestStretch))
+      return true;
+  }
+  return false;
+}
+
+ChartStatus Integrator::integrate(const Vector6& a, const Vector3& weight, int accuracy, Verdict* verdict) {
+  if (1 + a[3] * rod_.kernel.compliance[3] <= kSmallestStretch) return ChartStatus::inverted;  // where it is held
+  begin(a, weight, accuracy);
+  if (verdict) {
+    walkThroughConjugatePoints(*verdict);
+  } else {
+    const double h = 1.0 / steps_;
+    State state = states_[0];
+    // as far as the curvature at rest stays the same
+    const int run = steps_ / static_cast<int>(rod_.kappa0.size());
+    for (int step = 0; step < steps_; step += run)
+      kernel().path(single_, {step * h, h, run, kappa0(step)}, state.data(),
+                    reinterpret_cast<double(*)[kState]>(&states_[static_cast<std::size_t>(step)]));
+    states_.back() = state;
+  }
+  if (rod_.leastStretch(a) <= kSmallestStretch && inverted()) return ChartStatus::inverted;
   return ChartStatus::equilibrium;
 }
 
-ChartStatus EquilibriumIntegrator::solve(const Pose& base, const Vector6& wrench, Equilibrium& out) {
-  const Vector6 a = impl_->units.wrenchToNatural(wrench);
-  if (invertedAtBase(impl_->c, a)) return ChartStatus::inverted;
-  const Chart chart(impl_->c, a);
-  const int segments = stepCount(impl_->c, a) / kStepsPerSegment;
-  const double length = 1.0 / segments;
-  std::vector<Station>& stations = impl_->stations;
-  stations.resize(static_cast<std::size_t>(segments) * kStepsPerSegment + 1);
-  out.conjugate_points = 0;
-  out.first_conjugate_t.reset();
-  out.stability = Stability::stable;
+void Integrator::walkThroughConjugatePoints(Verdict& verdict) {
+  const double h = 1.0 / steps_;
+  verdict = {};
+  k_.setZero(), l_.setIdentity();
   ConjugatePoints points;
-  PathState at = startOfPath();
-  for (int k = 0; k < segments; ++k) {
-    const Matrix6 x =
-        impl_->segment(chart, at, length, &stations[static_cast<std::size_t>(k) * kStepsPerSegment]);
-    if (k == 0) {
+  State state = states_[0];
+  for (int step = 0; step < steps_; step += kStepsPerSegment) {
+    const Segment x = segment(state, step * h, h, kStepsPerSegment, step, &states_[static_cast<std::size_t>(step)]);
+    x.advance(k_, l_);
+    if (step == 0) {
       points.start(x);
       continue;
     }
-    const bool last = k + 1 == segments;
+    const bool last = step + kStepsPerSegment == steps_;
     const ConjugatePoints before = points;
-    if (points.passIfFree(x) && !(last && points.timeLeft(chart, at) <= kMarginalTime)) continue;
+    if (points.passIfFree(x) && !(last && points.timeLeft(complianceAt(state)) <= kMarginalTime)) continue;
     // A conjugate point lies in this segment or, if it is the last, maybe just behind its end.
-    const Vector6 times = before.timesToConjugatePoints(x, chart, at);
+    const Vector6 times = before.timesToConjugatePoints(x, complianceAt(state));
     const auto inside = static_cast<int>((times.array() < (last ? -kMarginalTime : 0.0)).count());
     if (inside > 0) {
-      out.conjugate_points += inside;
-      out.stability = Stability::unstable;
-    } else if (out.conjugate_points == 0 && last && times[0] <= kMarginalTime) {
-      out.stability = Stability::marginal;
-      out.first_conjugate_t = std::min(1.0, 1.0 + times[0]);
+      verdict.conjugate_points += inside;
+      verdict.stability = Stability::unstable;
+    } else if (verdict.conjugate_points == 0 && last && times[0] <= kMarginalTime) {
+      verdict.stability = Stability::marginal;
+      verdict.first_conjugate_t = std::min(1.0, 1.0 + times[0]);
     }
     points = before;
     points.pass(x);
   }
-  if (out.stability == Stability::unstable)
-    out.first_conjugate_t = impl_->firstConjugateTime(chart, segments);
-  stations.back().y = at;
-  if (!impl_->finishShape(chart)) return ChartStatus::inverted;
-  impl_->write(base, wrench, out);
-  return ChartStatus::equilibrium;
+  states_.back() = state;
+  if (verdict.stability == Stability::unstable) verdict.first_conjugate_t = firstConjugateTime();
 }
 
-bool EquilibriumIntegrator::isStable(const Vector6& wrench) {
-  const Vector6 a = impl_->units.wrenchToNatural(wrench);
-  const Chart chart(impl_->c, a);
-  const bool may_invert = chart.mayInvert(kSmallestStretch);
-  const int segments = stepCount(impl_->c, a) / kStepsPerSegment;
-  const double length = 1.0 / segments;
+/// Walks again in shorter steps, so that the time is far more exact than the verdict needs, up to the segment that is not free,
+/// and bisects it. At most 1.
+double Integrator::firstConjugateTime() const {
+  const double length = static_cast<double>(kStepsPerSegment) / (kLocatingFactor * steps_);
+  const double h = length / kStepsPerSegment;
+  const int segments = kLocatingFactor * steps_ / kStepsPerSegment;
   ConjugatePoints points;
-  PathState at = startOfPath();
+  State state = states_[0];
   for (int k = 0; k < segments; ++k) {
-    const PathState start = at;
-    const Matrix6 x = impl_->segment(chart, at, length);
-    if (may_invert && inverted(chart, start, at, length)) return false;
-    if (k == 0)
-      points.start(x);
-    else if (!points.passIfFree(x))
-      return false;
+    const State from = state;
+    const int step = k * kStepsPerSegment / kLocatingFactor;
+    const double start = k * length;
+    const Segment whole = segment(state, start, h, kStepsPerSegment, step, nullptr);
+    if (k == 0) {
+      points.start(whole);
+    } else if (!points.passIfFree(whole)) {
+      double low = 0, high = length;
+      while (high - low > kTimeTolerance) {
+        const double middle = 0.5 * (low + high);
+        State at = from;
+        const bool free =
+            points.isFree(segment(at, start, middle / kStepsPerSegment, kStepsPerSegment, step, nullptr));
+        (free ? low : high) = middle;
+      }
+      return start + high;
+    }
   }
-  return points.timeLeft(chart, at) > kMarginalTime;
+  return 1;
 }
 
-ChartStatus EquilibriumIntegrator::endPose(const Vector6& wrench, Pose& end_in_base, Matrix6& jacobian) {
-  const Units& units = impl_->units;
-  const Vector6 a = units.wrenchToNatural(wrench);
-  const Chart chart(impl_->c, a);
-  const int steps = stepCount(impl_->c, a);
-  const double h = 1.0 / steps;
-  const bool may_invert = chart.mayInvert(kSmallestStretch);
-  JointState y;
-  y.head<8>() = startOfPath();
-  y.tail<36>().setZero();
-  for (int i = 0; i < steps; ++i) {
-    const PathState start = y.head<8>();
-    chart.step(y, h, impl_->joint_stages);
-    if (may_invert && inverted(chart, start, y.head<8>(), h)) return ChartStatus::inverted;
+Pose Integrator::node(int i, int elements) const {
+  // node i lies at i / elements = (k + rest / elements) / steps
+  const std::int64_t at = static_cast<std::int64_t>(i) * steps_;
+  const auto k = static_cast<std::size_t>(at / elements);
+  const std::int64_t rest = at % elements;
+  Pose q;
+  if (rest == 0) {
+    q = poseOf(states_[k].data());
+  } else {
+    const double h = 1.0 / steps_;
+    const auto step = static_cast<int>(k);
+    const Station from(single_, states_[k].data(), step * h, h, kappa0(step));
+    const Station to(single_, states_[k + 1].data(), (step + 1) * h, h, kappa0(step));
+    q = poseOf(quintic(from, to, static_cast<double>(rest) / elements).data());
   }
-  const Pose q = poseOf(y.head<8>());
-  end_in_base = {q.rotation, q.position * units.length};
-  jacobian = adjoint(q.inverse()) * kOf(y);
-  jacobian.bottomRows<3>() *= units.length;
-  jacobian.leftCols<3>() /= units.moment;
-  jacobian.rightCols<3>() /= units.force;
+  return Pose{from_base_axes_, Vector3::Zero()} * q;
+}
+
+double Integrator::weightEnergy() const {
+  return single_.heavy ? -Vector3::Map(single_.weight).dot(Vector3::Map(&states_.back()[7])) : 0;
+}
+
+void Integrator::fromKernel(const AlignedWrench& wrench, const JointEnd& joint, NaturalEnd& out) {
+  using RowMatrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+  const Pose turned{Quaternion(Eigen::Map<const Quaternion>(joint.path.rotation)), Vector3::Map(joint.path.position)};
+  const Quaternion to_base_axes(Eigen::Map<const Quaternion>(wrench.rotation));
+  out.end = Pose{to_base_axes.conjugate(), Vector3::Zero()} * turned;
+  out.energy = joint.path.energy;
+  out.weight_energy = 0;
+  out.jacobian = jacobianFrom(Eigen::Map<const RowMatrix6>(joint.k), turned, to_base_axes);
+  out.stable = joint.screening == Screening::stable;
+}
+
+ChartStatus Integrator::end(const Vector6& a, const Vector3& weight, int accuracy, NaturalEnd& out) {
+  if (rod_.uniformAndWeightless() && rod_.leastStretch(a) > kSmallestStretch) {
+    const AlignedWrench wrench = aligned(rod_, a, rod_.stepCount(a, accuracy));
+    JointEnd joint;
+    kernel().joint(rod_.kernel, wrench, false, joint);
+    fromKernel(wrench, joint, out);
+    if (joint.screening == Screening::unsure) {
+      Verdict verdict;
+      out.stable = integrate(a, weight, kFine, &verdict) == ChartStatus::equilibrium &&
+                   verdict.stability == Stability::stable;
+    }
+    return ChartStatus::equilibrium;
+  }
+  Verdict verdict;
+  if (integrate(a, weight, std::max(accuracy, kFine), &verdict) == ChartStatus::inverted) return ChartStatus::inverted;
+  out.stable = verdict.stability == Stability::stable;
+  out.end = node(1, 1);
+  out.energy = energy();
+  out.weight_energy = weightEnergy();
+  out.jacobian = jacobianFrom(k_, poseOf(states_.back().data()), from_base_axes_.conjugate());
   return ChartStatus::equilibrium;
 }
 
-}  // namespace tendril
+bool Integrator::isStable(const Vector6& a, const Vector3& weight) {
+  if (rod_.uniformAndWeightless() && rod_.leastStretch(a) > kSmallestStretch) {
+    JointEnd joint;
+    kernel().joint(rod_.kernel, aligned(rod_, a, rod_.stepCount(a, kQuick)), true, joint);
+    if (joint.screening != Screening::unsure) return joint.screening == Screening::stable;
+  }
+  Verdict verdict;
+  return integrate(a, weight, kFine, &verdict) == ChartStatus::equilibrium && verdict.stability == Stability::stable;
+}
+
+}  // namespace tendril::statics

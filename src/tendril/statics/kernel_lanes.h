@@ -1,0 +1,513 @@
+/// The kernels, for any number of lanes. Included by one file for each instruction set. Private to the statics.
+#pragma once
+
+#include <algorithm>
+#include <cstring>
+
+#include "tendril/statics/compose.h"
+#include "tendril/statics/kernel.h"
+#include "tendril/statics/laws.h"
+
+namespace tendril::statics {
+namespace {
+
+[[nodiscard]] inline Screening screeningOf(bool unstable_before, double left, double right) {
+  if (unstable_before || !(right > 0)) return Screening::unstable;
+  return left > 0 ? Screening::stable : Screening::unsure;
+}
+
+// ------------------------------------------------------------------------------------------------ many rods
+
+/// As many rods as there are lanes, each with a step length of its own.
+template <class T>
+struct LanesOfRods {
+  LightChart<T> chart;
+  T y[8];  // x y z w | position | integral of mu . xi of the unloaded rod
+  double hamiltonian[kWidth<T>] = {};
+  int left[kWidth<T>] = {};
+  std::size_t rod[kWidth<T>] = {};
+
+  LanesOfRods() {
+    std::memset(&chart, 0, sizeof chart);
+    std::memset(y, 0, sizeof y);
+  }
+  /// Puts a rod into lane l, at its start.
+  void load(int l, const KernelRod& properties, const AlignedWrench& wrench, std::size_t index) {
+    const double h = 1.0 / wrench.steps;
+    for (int i = 0; i < 3; ++i) {
+      lanes(chart.moment[i])[l] = wrench.moment[i];
+      lanes(chart.cm[i])[l] = h * properties.compliance[i];
+      lanes(chart.cn[i])[l] = h * properties.compliance[3 + i];
+      lanes(chart.kappa0[i])[l] = h * properties.kappa0[i];
+    }
+    lanes(chart.force)[l] = wrench.force;
+    lanes(chart.h)[l] = h;
+    for (int i = 0; i < 8; ++i) lanes(y[i])[l] = i < 4 ? wrench.rotation[i] : 0;
+    left[l] = wrench.steps;
+    rod[l] = index;
+    hamiltonian[l] = wrench.hamiltonian;
+  }
+  void store(int l, PathEnd& end) const {
+    for (int i = 0; i < 4; ++i) end.rotation[i] = lanes(y[i])[l];
+    for (int i = 0; i < 3; ++i) end.position[i] = lanes(y[4 + i])[l];
+    end.energy = hamiltonian[l] - lanes(y[7])[l];
+  }
+};
+
+/// The last two numbers of the path move nothing else: they are summed up, not integrated with the rest.
+template <class T>
+TENDRIL_INLINE void pathStep(LanesOfRods<T>& rods) {
+  Rates<T, 6> k;
+  T z[6];
+  Section<T> s;
+  T sum[2] = {rods.y[6], rods.y[7]};
+  forEach<kStages>([&]<int S>() __attribute__((always_inline)) {
+    stageState<S>(rods.y, k, z);
+    sectionAt(rods.chart, z, s);
+    rotationRate(z, s, k[S]);
+    k[S][4] = positionRate(s, 0), k[S][5] = positionRate(s, 1);
+    if constexpr (kA[kStages][S] != 0) {
+      sum[0] = sum[0] + kA[kStages][S] * positionRate(s, 2);
+      sum[1] = sum[1] + kA[kStages][S] * restWork(rods.chart, s);
+    }
+  });
+  stageState<kStages>(rods.y, k, rods.y);
+  rods.y[6] = sum[0], rods.y[7] = sum[1];
+  renormalise(rods.y);
+}
+
+template <int N>
+void paths(const KernelRod& properties, std::span<const AlignedWrench> wrenches, PathEnd* ends) {
+  using T = Lanes<N>;
+  LanesOfRods<T> rods;
+  std::size_t next = 0;
+  int live = 0;
+  for (int l = 0; l < N && next < wrenches.size(); ++l, ++next, ++live) rods.load(l, properties, wrenches[next], next);
+  while (live > 0) {
+    pathStep(rods);
+    for (int l = 0; l < N; ++l) {
+      if (rods.left[l] == 0 || --rods.left[l] > 0) continue;
+      rods.store(l, ends[rods.rod[l]]);
+      if (next < wrenches.size())
+        rods.load(l, properties, wrenches[next], next), ++next;
+      else
+        --live;
+    }
+  }
+}
+
+/// One step of the path and of the columns of J, jac[6 column + row]; all seven numbers of the frame are wanted at the stages.
+template <class T>
+TENDRIL_INLINE void jointStep(LanesOfRods<T>& rods, T* jac) {
+  Rates<T, 7> k;
+  Rates<T, 36> kj;
+  T z[7], zj[36];
+  Section<T> s;
+  Transport<T> a;
+  T sum = rods.y[7];
+  forEach<kStages>([&]<int S>() __attribute__((always_inline)) {
+    stageState<S>(rods.y, k, z);
+    stageState<S>(jac, kj, zj);
+    sectionAt(rods.chart, z, s);
+    rotationRate(z, s, k[S]);
+#pragma GCC unroll 3
+    for (int i = 0; i < 3; ++i) k[S][4 + i] = positionRate(s, i);
+    if constexpr (kA[kStages][S] != 0) sum = sum + kA[kStages][S] * restWork(rods.chart, s);
+    transportAt(rods.chart, s, a);
+    // h C^-1 Ad_q^T, column by column: unit moments, then unit forces, along the base axes
+    const T* p = z + 4;
+#pragma GCC unroll 3
+    for (int b = 0; b < 3; ++b) {
+      T *of_moment = kj[S] + 6 * b, *of_force = kj[S] + 6 * (3 + b);
+      transported(a, zj + 6 * b, of_moment);
+      transported(a, zj + 6 * (3 + b), of_force);
+      const int c = (b + 1) % 3, d = (b + 2) % 3;
+#pragma GCC unroll 3
+      for (int i = 0; i < 3; ++i) {
+        of_moment[i] = of_moment[i] + rods.chart.cm[i] * s.r[3 * b + i];
+        of_force[i] = of_force[i] + rods.chart.cm[i] * (p[c] * s.r[3 * d + i] - p[d] * s.r[3 * c + i]);
+        of_force[3 + i] = of_force[3 + i] + rods.chart.cn[i] * s.r[3 * b + i];
+      }
+    }
+  });
+  stageState<kStages>(rods.y, k, rods.y);
+  stageState<kStages>(jac, kj, jac);
+  rods.y[7] = sum;
+  renormalise(rods.y);
+}
+
+/// X = Ad_q J, row by row, from the columns of J.
+template <class T>
+TENDRIL_INLINE void inBaseAxes(const T* r, const T* p, const T* jac, T* x) {
+#pragma GCC unroll 6
+  for (int c = 0; c < 6; ++c) {
+    T w[3], l[3];
+#pragma GCC unroll 3
+    for (int i = 0; i < 3; ++i) {
+      w[i] = r[3 * i] * jac[6 * c] + r[3 * i + 1] * jac[6 * c + 1] + r[3 * i + 2] * jac[6 * c + 2];
+      l[i] = r[3 * i] * jac[6 * c + 3] + r[3 * i + 1] * jac[6 * c + 4] + r[3 * i + 2] * jac[6 * c + 5];
+    }
+#pragma GCC unroll 3
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      x[6 * i + c] = w[i];
+      x[6 * (3 + i) + c] = l[i] + p[j] * w[k] - p[k] * w[j];
+    }
+  }
+}
+
+/// What is known of a rod between two segments: K and Y (README.md, 5), and the smallest pivot met so far.
+template <class T>
+struct Walk {
+  T k[36], y[36];
+  T smallest_pivot;
+  T started;      // 1 after the first segment, else 0
+  T left, right;  // smallest pivots of P - margin S and of P + margin S at the end of the last segment
+};
+
+/// h S = Ad_q (h C^-1) Ad_q^T.
+template <class T, class C>
+TENDRIL_INLINE void complianceInBaseAxes(const C& chart, const T* r, const T* p, T* s) {
+  T mm[9], nn[9];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      mm[3 * i + j] = broadcast<T>(0), nn[3 * i + j] = broadcast<T>(0);
+      for (int k = 0; k < 3; ++k) {
+        mm[3 * i + j] = mm[3 * i + j] + chart.cm[k] * r[3 * i + k] * r[3 * j + k];
+        nn[3 * i + j] = nn[3 * i + j] + chart.cn[k] * r[3 * i + k] * r[3 * j + k];
+      }
+    }
+  T pm[9];  // p^ mm
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) pm[3 * i + j] = p[(i + 1) % 3] * mm[3 * ((i + 2) % 3) + j] - p[(i + 2) % 3] * mm[3 * ((i + 1) % 3) + j];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const int k = (j + 1) % 3, l = (j + 2) % 3;
+      s[6 * i + j] = mm[3 * i + j];
+      s[6 * (3 + i) + j] = s[6 * j + 3 + i] = pm[3 * i + j];
+      s[6 * (3 + i) + 3 + j] = nn[3 * i + j] + p[k] * pm[3 * i + l] - p[l] * pm[3 * i + k];  // - (p^ mm) p^
+    }
+}
+
+/// Passes the segment with matrix x that ends at the frame y of the chart.
+template <class T, class C>
+TENDRIL_INLINE void passSegment(const C& chart, const T* y, const T* x, Walk<T>& walk) {
+  // K <- K + X + X B K with B = [m^ n^; n^ 0] and n = (0, 0, force)
+  T bk[36];
+#pragma GCC unroll 6
+  for (int c = 0; c < 6; ++c) {
+    const T *w = walk.k + c, *l = walk.k + 18 + c;
+    const T *m = chart.moment, &f = chart.force;
+    bk[c] = m[1] * w[12] - m[2] * w[6] - f * l[6];
+    bk[6 + c] = m[2] * w[0] - m[0] * w[12] + f * l[0];
+    bk[12 + c] = m[0] * w[6] - m[1] * w[0];
+    bk[18 + c] = -(f * w[6]);
+    bk[24 + c] = f * w[0];
+    bk[30 + c] = broadcast<T>(0);
+    bk[6 * c + c] = bk[6 * c + c];
+  }
+#pragma GCC unroll 6
+  for (int i = 0; i < 6; ++i) bk[7 * i] = bk[7 * i] + 1.0;
+#pragma GCC unroll 6
+  for (int i = 0; i < 6; ++i)
+#pragma GCC unroll 6
+    for (int j = 0; j < 6; ++j) {
+      T sum = walk.k[6 * i + j];
+#pragma GCC unroll 6
+      for (int k = 0; k < 6; ++k) sum = sum + x[6 * i + k] * bk[6 * k + j];
+      walk.k[6 * i + j] = sum;
+    }
+
+  T p[36], s[36], factored[36], inverse[36];
+  congruentOfD(walk.y, x, p);
+  Section<T> section;
+  sectionAt(chart, y, section);
+  complianceInBaseAxes(chart, section.r, y + 4, s);
+  const T margin = kScreeningMargin / larger(chart.h, broadcast<T>(1e-300));
+#pragma GCC unroll 36
+  for (int i = 0; i < 36; ++i) factored[i] = p[i] - margin * s[i];
+  walk.left = factorise(factored);
+#pragma GCC unroll 36
+  for (int i = 0; i < 36; ++i) factored[i] = p[i] + margin * s[i];
+  walk.right = factorise(factored);
+#pragma GCC unroll 36
+  for (int i = 0; i < 36; ++i) factored[i] = p[i];
+  walk.smallest_pivot = factorise(factored);
+  invertFactorised(factored, inverse);
+  symmetricInverse(x, walk.y);
+#pragma GCC unroll 36
+  for (int i = 0; i < 36; ++i) walk.y[i] = walk.y[i] - walk.started * inverse[i];
+  walk.started = broadcast<T>(1);
+}
+
+template <int N>
+void joints(const KernelRod& properties, std::span<const AlignedWrench> wrenches, bool stop, JointEnd* ends) {
+  using T = Lanes<N>;
+  LanesOfRods<T> rods;
+  Walk<T> walk;
+  std::memset(&walk, 0, sizeof walk);
+  bool unstable[N] = {};
+  T jac[36], x[36];
+  std::size_t next = 0;
+  int live = 0;
+  const auto load = [&](int l) {
+    rods.load(l, properties, wrenches[next], next);
+    for (int i = 0; i < 36; ++i) lanes(walk.k[i])[l] = 0, lanes(walk.y[i])[l] = 0;
+    lanes(walk.started)[l] = 0;
+    unstable[l] = false;
+    ++next;
+  };
+  for (int l = 0; l < N && next < wrenches.size(); ++l, ++live) load(l);
+  while (live > 0) {
+    for (int i = 0; i < 36; ++i) jac[i] = broadcast<T>(0);
+    for (int i = 0; i < kStepsPerSegment; ++i) jointStep(rods, jac);
+    Section<T> section;
+    sectionAt(rods.chart, rods.y, section);
+    inBaseAxes(section.r, rods.y + 4, jac, x);
+    passSegment(rods.chart, rods.y, x, walk);
+    for (int l = 0; l < N; ++l) {
+      if (rods.left[l] == 0) continue;
+      rods.left[l] -= kStepsPerSegment;
+      const bool last = rods.left[l] == 0;
+      const bool here = !(lanes(walk.smallest_pivot)[l] > 0);
+      unstable[l] = unstable[l] || (here && !last);
+      if (!last && !(stop && unstable[l])) continue;
+      JointEnd& end = ends[rods.rod[l]];
+      rods.store(l, end.path);
+      for (int i = 0; i < 36; ++i) end.k[i] = lanes(walk.k[i])[l];
+      end.screening = screeningOf(unstable[l], lanes(walk.left)[l], lanes(walk.right)[l]);
+      rods.left[l] = 0;
+      if (next < wrenches.size())
+        load(l);
+      else
+        --live;
+    }
+  }
+}
+
+// ------------------------------------------------------------------------------------------------ one rod
+
+/// One rod, light or heavy: which numbers are integrated together, and the force at a place along it.
+struct Light {
+  static constexpr int kCoupled = 7, kMoments = 0, kColumns = 8;  // x y z w | position; columns of X, two lanes idle
+  LightChart<double> chart;
+  TENDRIL_INLINE void setForce(const SingleRod& rod, double) { chart.force = rod.force[2]; }
+};
+struct Heavy {
+  static constexpr int kCoupled = 10, kMoments = 3, kColumns = 16;  // ... | P; columns of X, then, from lane 8, of U
+  HeavyChart<double> chart;
+  TENDRIL_INLINE void setForce(const SingleRod& rod, double t) {
+    for (int i = 0; i < 3; ++i) chart.weight[i] = rod.weight[i], chart.force[i] = rod.force[i] - t * rod.weight[i];
+  }
+};
+template <class M>
+[[nodiscard]] TENDRIL_INLINE M modelOf(const SingleRod& rod, const Steps& steps) {
+  M model;
+  for (int i = 0; i < 3; ++i) {
+    model.chart.moment[i] = rod.moment[i];
+    model.chart.cm[i] = steps.h * rod.compliance[i], model.chart.cn[i] = steps.h * rod.compliance[3 + i];
+    model.chart.kappa0[i] = steps.h * steps.kappa0[i];
+  }
+  model.chart.h = steps.h;
+  model.setForce(rod, steps.start);
+  return model;
+}
+
+/// The rate of the path's coupled numbers, and of the energy.
+template <class M>
+TENDRIL_INLINE double singleRate(const M& model, const double* y, Section<double>& s, double* rate) {
+  sectionAt(model.chart, y, s);
+  rotationRate(y, s, rate);
+  for (int i = 0; i < 3; ++i) rate[4 + i] = positionRate(s, i);
+  if constexpr (M::kMoments > 0)
+    for (int i = 0; i < 3; ++i) rate[7 + i] = model.chart.h * y[4 + i];
+  return energyRate(model.chart, s);
+}
+
+template <class M>
+void singlePath(const SingleRod& rod, const Steps& steps, double* y, double (*record)[kState]) {
+  constexpr int kN = M::kCoupled;
+  M model = modelOf<M>(rod, steps);
+  for (int step = 0; step < steps.count; ++step) {
+    if (record) std::copy_n(y, kState, record[step]);
+    Rates<double, kN> k;
+    double z[kN], energy = y[kEnergy];
+    Section<double> s;
+    forEach<kStages>([&]<int S>() __attribute__((always_inline)) {
+      stageState<S>(y, k, z);
+      model.setForce(rod, steps.start + (step + kNode[S]) * steps.h);
+      energy += kA[kStages][S] * singleRate(model, z, s, k[S]);
+    });
+    stageState<kStages>(y, k, y);
+    y[kEnergy] = energy;
+    renormalise(y);
+  }
+}
+
+/// J and L row by row, their columns in the lanes, at the start of a segment: X = 0, L = 1; for a heavy rod, from lane 8, also
+/// U = 1, L = 0, with J = Ad_q^-1 U.
+template <class M, class W>
+TENDRIL_INLINE void startColumns(const M& model, const double* y, W* jac, W* l) {
+  for (int i = 0; i < 6; ++i) {
+    jac[i] = broadcast<W>(0), l[i] = broadcast<W>(0);
+    lanes(l[i])[i] = 1;
+  }
+  if constexpr (M::kMoments > 0) {
+    Section<double> s;
+    sectionAt(model.chart, y, s);
+    const double* p = y + 4;
+    for (int i = 0; i < 3; ++i)
+      for (int b = 0; b < 3; ++b) {  // Ad_q^-1 = [R^T 0; -R^T p^, R^T]
+        const int c = (b + 1) % 3, d = (b + 2) % 3;
+        lanes(jac[i])[8 + b] = s.r[3 * b + i];
+        lanes(jac[3 + i])[8 + b] = s.r[3 * d + i] * p[c] - s.r[3 * c + i] * p[d];
+        lanes(jac[3 + i])[8 + 3 + b] = s.r[3 * b + i];
+      }
+  }
+}
+
+/// Walks along one segment of one rod.
+template <class M>
+TENDRIL_INLINE void walkColumns(M& model, const SingleRod& rod, const Steps& steps, double* y, double (*record)[kState],
+                                Lanes<M::kColumns>* jac, Lanes<M::kColumns>* l) {
+  using W = Lanes<M::kColumns>;
+  constexpr int kN = M::kCoupled, kRows = 6 + M::kMoments;
+  W state[kRows];  // J, and the moment rows of L where they change
+  for (int i = 0; i < 6; ++i) state[i] = jac[i];
+  if constexpr (M::kMoments > 0)
+    for (int i = 0; i < 3; ++i) state[6 + i] = l[i];
+  for (int step = 0; step < steps.count; ++step) {
+    if (record) std::copy_n(y, kState, record[step]);
+    Rates<double, kN> k;
+    Rates<W, kRows> kj;
+    double z[kN], energy = y[kEnergy];
+    W zj[kRows];
+    Section<double> s;
+    Transport<double> a;
+    forEach<kStages>([&]<int S>() __attribute__((always_inline)) {
+      stageState<S>(y, k, z);
+      stageState<S>(state, kj, zj);
+      model.setForce(rod, steps.start + (step + kNode[S]) * steps.h);
+      energy += kA[kStages][S] * singleRate(model, z, s, k[S]);
+      transportAt(model.chart, s, a);
+      W* rate = kj[S];
+      transported(a, zj, rate);
+      // + h C^-1 Ad_q^T L
+      const W* moment = M::kMoments > 0 ? zj + 6 : l;
+      const double* p = z + 4;
+      W t[3];
+#pragma GCC unroll 3
+      for (int i = 0; i < 3; ++i) {
+        const int c = (i + 1) % 3, d = (i + 2) % 3;
+        t[i] = moment[i] - (p[c] * l[3 + d] - p[d] * l[3 + c]);
+      }
+#pragma GCC unroll 3
+      for (int i = 0; i < 3; ++i) {
+        rate[i] = rate[i] + model.chart.cm[i] * (s.r[i] * t[0] + s.r[3 + i] * t[1] + s.r[6 + i] * t[2]);
+        rate[3 + i] = rate[3 + i] + model.chart.cn[i] * (s.r[i] * l[3] + s.r[3 + i] * l[4] + s.r[6 + i] * l[5]);
+      }
+      if constexpr (M::kMoments > 0) {
+        // L_m' = w x dp, dp = R eta_l
+        const double* w = model.chart.weight;
+        W dp[3];
+        for (int i = 0; i < 3; ++i)
+          dp[i] = model.chart.h * (s.r[3 * i] * zj[3] + s.r[3 * i + 1] * zj[4] + s.r[3 * i + 2] * zj[5]);
+        for (int i = 0; i < 3; ++i) {
+          const int c = (i + 1) % 3, d = (i + 2) % 3;
+          rate[6 + i] = w[c] * dp[d] - w[d] * dp[c];
+        }
+      }
+    });
+    stageState<kStages>(y, k, y);
+    stageState<kStages>(state, kj, state);
+    y[kEnergy] = energy;
+    renormalise(y);
+  }
+  for (int i = 0; i < 6; ++i) jac[i] = state[i];
+  if constexpr (M::kMoments > 0)
+    for (int i = 0; i < 3; ++i) l[i] = state[6 + i];
+}
+
+/// Ad_q times the columns of J that begin at `lane`, row by row.
+template <class W>
+TENDRIL_INLINE void columnsInBaseAxes(const double* r, const double* p, const W* jac, int lane, double* out) {
+  W w[3], l[3];
+  for (int i = 0; i < 3; ++i) {
+    w[i] = r[3 * i] * jac[0] + r[3 * i + 1] * jac[1] + r[3 * i + 2] * jac[2];
+    l[i] = r[3 * i] * jac[3] + r[3 * i + 1] * jac[4] + r[3 * i + 2] * jac[5];
+  }
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    l[i] = l[i] + p[j] * w[k] - p[k] * w[j];
+    std::copy_n(lanes(w[i]) + lane, 6, out + 6 * i);
+  }
+  for (int i = 0; i < 3; ++i) std::copy_n(lanes(l[i]) + lane, 6, out + 6 * (3 + i));
+}
+
+template <class M>
+void singleSegment(const SingleRod& rod, const Steps& steps, double* y, double (*record)[kState], SegmentMatrices& out) {
+  M model = modelOf<M>(rod, steps);
+  Lanes<M::kColumns> jac[6], l[6];
+  startColumns(model, y, jac, l);
+  walkColumns(model, rod, steps, y, record, jac, l);
+  Section<double> s;
+  model.setForce(rod, steps.start + steps.count * steps.h);
+  sectionAt(model.chart, y, s);
+  columnsInBaseAxes(s.r, y + 4, jac, 0, out.x);
+  if constexpr (M::kMoments > 0) {
+    columnsInBaseAxes(s.r, y + 4, jac, 8, out.u);
+    for (int i = 0; i < 6; ++i) {
+      std::copy_n(lanes(l[i]), 6, out.lx + 6 * i);
+      std::copy_n(lanes(l[i]) + 8, 6, out.lu + 6 * i);
+    }
+  }
+}
+
+inline void singleJoint(const KernelRod& properties, const AlignedWrench& wrench, bool stop, JointEnd& end) {
+  SingleRod rod = {};
+  std::copy_n(properties.compliance, 6, rod.compliance);
+  std::copy_n(wrench.moment, 3, rod.moment);
+  rod.force[2] = wrench.force;
+  const Steps steps = {0, 1.0 / wrench.steps, kStepsPerSegment, properties.kappa0};
+  Light model = modelOf<Light>(rod, steps);
+  Walk<double> walk = {};
+  double y[kState] = {};
+  std::copy_n(wrench.rotation, 4, y);
+  bool unstable = false;
+  for (int step = 0; step < wrench.steps && !(stop && unstable); step += kStepsPerSegment) {
+    Lanes<8> jac[6], l[6];
+    startColumns(model, y, jac, l);
+    walkColumns(model, rod, steps, y, nullptr, jac, l);
+    Section<double> s;
+    sectionAt(model.chart, y, s);
+    double x[36];
+    columnsInBaseAxes(s.r, y + 4, jac, 0, x);
+    passSegment(model.chart, y, x, walk);
+    unstable = unstable || (!(walk.smallest_pivot > 0) && step + kStepsPerSegment < wrench.steps);
+  }
+  std::copy_n(y, 4, end.path.rotation);
+  std::copy_n(y + 4, 3, end.path.position);
+  end.path.energy = y[kEnergy];
+  std::copy_n(walk.k, 36, end.k);
+  end.screening = screeningOf(unstable, walk.left, walk.right);
+}
+
+template <int N>
+const Kernel& makeKernel(const char* name) {
+  static const Kernel kernel = {
+      name,
+      N,
+      paths<N>,
+      joints<N>,
+      [](const SingleRod& rod, const Steps& steps, double* state, double (*record)[kState]) {
+        (rod.heavy ? singlePath<Heavy> : singlePath<Light>)(rod, steps, state, record);
+      },
+      [](const SingleRod& rod, const Steps& steps, double* state, double (*record)[kState], SegmentMatrices& out) {
+        (rod.heavy ? singleSegment<Heavy> : singleSegment<Light>)(rod, steps, state, record, out);
+      },
+      singleJoint};
+  return kernel;
+}
+
+}  // namespace
+}  // namespace tendril::statics

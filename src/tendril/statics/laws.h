@@ -1,0 +1,140 @@
+/// The laws (2)-(4) along one rod, or several in lanes, and their derivative by the wrench a at the base (README.md, 2 to 4
+/// and 9). Private to the statics.
+///
+/// Everything is in the rod's own units and times the step: an integration step then is of length 1. "Base" is the frame
+/// of the first node; base axes may be turned at will, and are turned so that z is along the force there: then
+/// a = (moment; 0, 0, force), and the position along z moves nothing else.
+#pragma once
+
+#include "tendril/statics/dormand_prince8.h"
+
+namespace tendril::statics {
+namespace {
+
+/// What is constant over one step of a weightless rod.
+template <class T>
+struct LightChart {
+  T moment[3], force;    // a = (moment; 0, 0, force)
+  T cm[3], cn[3];        // h / c: compliance in bending and in stretch
+  T kappa0[3], h;        // h times the curvature at rest, and h: xi of the unloaded rod
+  [[nodiscard]] TENDRIL_INLINE T forceAlong(const T* r, int i) const { return force * r[6 + i]; }
+  TENDRIL_INLINE void momentAbout(const T* p, const T*, T* t) const {
+    t[0] = moment[0] - p[1] * force, t[1] = moment[1] + p[0] * force, t[2] = moment[2];
+  }
+};
+
+/// The same for a rod with weight w per length. The wrench at the base's origin falls along it: n0 - s w, m0 - P x w with
+/// P the integral of the position (README.md, 9); `force` is its force at this stage.
+template <class T>
+struct HeavyChart {
+  T moment[3], force[3], weight[3];
+  T cm[3], cn[3], kappa0[3], h;
+  [[nodiscard]] TENDRIL_INLINE T forceAlong(const T* r, int i) const {
+    return r[i] * force[0] + r[3 + i] * force[1] + r[6 + i] * force[2];
+  }
+  TENDRIL_INLINE void momentAbout(const T* p, const T* area, T* t) const {
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      t[i] = moment[i] - (area[j] * weight[k] - area[k] * weight[j]) - (p[j] * force[k] - p[k] * force[j]);
+    }
+  }
+};
+
+/// One cross-section: its rotation R (row by row), mu = (m; n), and h xi = (kappa; v).
+template <class T>
+struct Section {
+  T r[9], m[3], n[3], kappa[3], v[3];
+};
+
+/// The section at the frame y = (quaternion x y z w | position | P), eq. (3) and mu = Ad_q^T (wrench at the base's origin).
+template <class T, class C>
+TENDRIL_INLINE void sectionAt(const C& chart, const T* y, Section<T>& s) {
+  const T x2 = y[0] + y[0], y2 = y[1] + y[1], z2 = y[2] + y[2];
+  const T xx = y[0] * x2, xy = y[0] * y2, xz = y[0] * z2, yy = y[1] * y2, yz = y[1] * z2, zz = y[2] * z2;
+  const T wx = y[3] * x2, wy = y[3] * y2, wz = y[3] * z2;
+  T* r = s.r;
+  r[0] = 1 - (yy + zz), r[1] = xy - wz, r[2] = xz + wy;
+  r[3] = xy + wz, r[4] = 1 - (xx + zz), r[5] = yz - wx;
+  r[6] = xz - wy, r[7] = yz + wx, r[8] = 1 - (xx + yy);
+  T t[3];
+  chart.momentAbout(y + 4, y + 7, t);
+#pragma GCC unroll 3
+  for (int i = 0; i < 3; ++i) {
+    s.m[i] = r[i] * t[0] + r[3 + i] * t[1] + r[6 + i] * t[2];
+    s.n[i] = chart.forceAlong(r, i);
+    s.kappa[i] = chart.cm[i] * s.m[i] + chart.kappa0[i];
+    s.v[i] = chart.cn[i] * s.n[i];
+  }
+  s.v[0] = s.v[0] + chart.h;
+}
+
+/// q' = q (kappa; v), eq. (4): the rates of the quaternion and of the position's component i.
+template <class T>
+TENDRIL_INLINE void rotationRate(const T* y, const Section<T>& s, T* dy) {
+  const T k1 = 0.5 * s.kappa[0], k2 = 0.5 * s.kappa[1], k3 = 0.5 * s.kappa[2];
+  dy[0] = y[3] * k1 + y[1] * k3 - y[2] * k2;
+  dy[1] = y[3] * k2 + y[2] * k1 - y[0] * k3;
+  dy[2] = y[3] * k3 + y[0] * k2 - y[1] * k1;
+  dy[3] = -(y[0] * k1 + y[1] * k2 + y[2] * k3);
+}
+template <class T>
+[[nodiscard]] TENDRIL_INLINE T positionRate(const Section<T>& s, int i) {
+  return s.r[3 * i] * s.v[0] + s.r[3 * i + 1] * s.v[1] + s.r[3 * i + 2] * s.v[2];
+}
+
+/// Scales a quaternion whose length is 1 to a few digits back to length 1.
+template <class T>
+TENDRIL_INLINE void renormalise(T* y) {
+  const T scale = 1.5 - 0.5 * (y[0] * y[0] + y[1] * y[1] + y[2] * y[2] + y[3] * y[3]);
+  for (int i = 0; i < 4; ++i) y[i] = y[i] * scale;
+}
+
+/// The matrix of h (C^-1 B(mu) - ad_xi), whose diagonal 3 x 3 blocks' diagonals are 0: eta' is it times eta + C^-1 (the
+/// variation of mu with the frame held).
+template <class T>
+struct Transport {
+  T ww[3][3], wl[3][3], lw[3][3], kappa[3];
+};
+template <class T, class C>
+TENDRIL_INLINE void transportAt(const C& chart, const Section<T>& s, Transport<T>& a) {
+#pragma GCC unroll 3
+  for (int i = 0; i < 3; ++i) {
+    a.kappa[i] = s.kappa[i];
+#pragma GCC unroll 2
+    for (int o = 1; o < 3; ++o) {
+      const int j = (i + o) % 3;
+      a.ww[i][j] = chart.cm[i] * s.m[j] - s.kappa[j];
+      a.wl[i][j] = chart.cm[i] * s.n[j];
+      a.lw[i][j] = chart.cn[i] * s.n[j] - s.v[j];
+    }
+  }
+}
+
+/// Transport times eta = (w; l), for a column of J in T (or all its columns in the lanes of W).
+template <class T, class W>
+TENDRIL_INLINE void transported(const Transport<T>& a, const W* eta, W* rate) {
+  const W *w = eta, *l = eta + 3;
+#pragma GCC unroll 3
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    rate[i] = a.ww[i][j] * w[k] - a.ww[i][k] * w[j] + a.wl[i][j] * l[k] - a.wl[i][k] * l[j];
+    rate[3 + i] = a.lw[i][j] * w[k] - a.lw[i][k] * w[j] - a.kappa[j] * l[k] + a.kappa[k] * l[j];
+  }
+}
+
+/// mu . xi of the unloaded rod. With H = sum mu_i^2 / 2c_i + mu . xi_0, constant along a weightless rod, the energy density
+/// is H less this.
+template <class T, class C>
+[[nodiscard]] TENDRIL_INLINE T restWork(const C& chart, const Section<T>& s) {
+  return chart.h * s.n[0] + chart.kappa0[0] * s.m[0] + chart.kappa0[1] * s.m[1] + chart.kappa0[2] * s.m[2];
+}
+/// sum mu_i^2 / 2c_i, the energy density.
+template <class T, class C>
+[[nodiscard]] TENDRIL_INLINE T energyRate(const C& chart, const Section<T>& s) {
+  T sum = broadcast<T>(0);
+  for (int i = 0; i < 3; ++i) sum = sum + chart.cm[i] * s.m[i] * s.m[i] + chart.cn[i] * s.n[i] * s.n[i];
+  return 0.5 * sum;
+}
+
+}  // namespace
+}  // namespace tendril::statics

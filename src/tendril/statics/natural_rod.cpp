@@ -1,0 +1,103 @@
+#include "tendril/statics/natural_rod.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+namespace tendril::statics {
+namespace {
+
+/// Steps per radian of rateBound for an error of 1e-6 L in one rod of a hundred (bench/statics.cpp measures it).
+constexpr double kStepsPerRadian = 0.92;
+constexpr double kLargestRate = 1e4;
+
+}  // namespace
+
+Units::Units(const RodProperties& rod)
+    : length(rod.length),
+      moment(rod.bendingStiffness() / rod.length),
+      force(moment / rod.length),
+      energy(moment) {}
+
+Vector6 Units::wrenchToNatural(const Vector6& wrench) const {
+  Vector6 a;
+  a << wrench.head<3>() / moment, wrench.tail<3>() / force;
+  return a;
+}
+
+Vector6 Units::wrenchToSi(const Vector6& wrench) const {
+  Vector6 a;
+  a << wrench.head<3>() * moment, wrench.tail<3>() * force;
+  return a;
+}
+
+NaturalRod::NaturalRod(const RodProperties& rod, const Vector3& gravity) : units(rod) {
+  if (!(std::isfinite(rod.length) && rod.length > 0))
+    throw InputError("rod length is " + std::to_string(rod.length) + " m; a length must be finite and > 0");
+  for (int i = 0; i < 6; ++i)
+    if (!(std::isfinite(rod.c[i]) && rod.c[i] > 0))
+      throw InputError("rod stiffness c" + std::to_string(i + 1) + " is " + std::to_string(rod.c[i]) +
+                       "; every stiffness must be finite and > 0");
+  if (rod.elements < 1)
+    throw InputError("the rod has " + std::to_string(rod.elements) + " elements; it needs at least 1");
+  c = rod.c / rod.bendingStiffness();
+  c.tail<3>() *= rod.length * rod.length;
+  kappa0.assign(1, Vector3::Zero());
+  if (!rod.rest_curvature.empty()) kappa0 = rod.rest_curvature;
+  if (kappa0.size() > 1 && std::equal(kappa0.begin() + 1, kappa0.end(), kappa0.begin())) kappa0.resize(1);
+  largest_kappa0 = 0;
+  for (Vector3& k : kappa0) k *= rod.length, largest_kappa0 = std::max(largest_kappa0, k.norm());
+  weight = gravity * (rod.density * std::numbers::pi * rod.radius * rod.radius / (units.force / units.length));
+  for (int i = 0; i < 6; ++i) kernel.compliance[i] = 1 / c[i];
+  for (int i = 0; i < 3; ++i) kernel.kappa0[i] = kappa0[0][i];
+  smallest_moment_stiffness = c.head<3>().minCoeff(), largest_moment_stiffness = c.head<3>().maxCoeff();
+}
+
+double NaturalRod::rateBound(const Vector6& a) const {
+  // |n| at most `force`; with H = sum mu_i^2/2c_i + m.kappa0 + n1 and M the largest |m|:
+  //   M^2 / 2 stiffest <= H + force + M kappa0, where H grows by no more than the weight times the way down the rod.
+  const double w = weight.norm(), force = a.tail<3>().norm() + w;
+  const double softest_n = c.tail<3>().minCoeff();
+  const double h = 0.5 * a.cwiseAbs2().cwiseQuotient(c).sum() + a[3] + a.head<3>().norm() * largest_kappa0 +
+                   w * (1 + force / softest_n);
+  const double k0 = largest_moment_stiffness * largest_kappa0;
+  const double moment = k0 + std::sqrt(k0 * k0 + 2 * largest_moment_stiffness * std::max(0.0, h + force));
+  return std::max(moment / smallest_moment_stiffness + largest_kappa0, std::sqrt(force / smallest_moment_stiffness));
+}
+
+double NaturalRod::leastStretch(const Vector6& a) const { return 1 - (a.tail<3>().norm() + weight.norm()) / c[3]; }
+
+int NaturalRod::stepCount(const Vector6& a, int accuracy) const {
+  const double rate = rateBound(a);
+  if (!std::isfinite(rate)) throw InputError("the wrench is not finite; give six finite numbers (N m, N)");
+  if (rate > kLargestRate)
+    throw InputError("the wrench may bend or twist the rod by " + std::to_string(rate) +
+                     " rad over its length, more than the " + std::to_string(kLargestRate) +
+                     " that can be integrated; give a smaller wrench");
+  const int pairs = std::max(2, static_cast<int>(std::ceil(0.5 * kStepsPerRadian * rate)));
+  const int steps = 2 * accuracy * pairs;
+  if (kappa0.size() == 1) return steps;
+  const int elements = static_cast<int>(kappa0.size());
+  return 2 * elements * ((steps + 2 * elements - 1) / (2 * elements));
+}
+
+AlignedWrench aligned(const NaturalRod& rod, const Vector6& a, int steps) {
+  AlignedWrench out;
+  const Vector3 n = a.tail<3>();
+  const double force = n.norm(), scale = force > 0 ? 1 / force : 0;
+  const double sign = n.z() < 0 ? -1 : 1;
+  Quaternion q(1 + sign * scale * n.z(), sign * scale * n.y(), -sign * scale * n.x(), 0);
+  q.normalize();
+  const Vector3 m = q * Vector3(a.head<3>());
+  for (int i = 0; i < 3; ++i) out.moment[i] = m[i];
+  out.force = sign * force;
+  for (int i = 0; i < 4; ++i) out.rotation[i] = q.coeffs()[i];
+  out.hamiltonian = a[3];
+  for (int i = 0; i < 6; ++i) out.hamiltonian += 0.5 * a[i] * a[i] * rod.kernel.compliance[i];
+  for (int i = 0; i < 3; ++i) out.hamiltonian += a[i] * rod.kernel.kappa0[i];
+  out.steps = steps;
+  return out;
+}
+
+}  // namespace tendril::statics

@@ -1,0 +1,55 @@
+/// A rod in its own units: lengths by L, moments by EI/L, forces by EI/L^2 (README.md, 1), and what of a wrench is known
+/// before anything is integrated. Private to the statics.
+#pragma once
+
+#include "tendril/rod.h"
+#include "tendril/statics/kernel.h"
+
+namespace tendril::statics {
+
+/// The rod's units, to convert at the door.
+struct Units {
+  double length;  // L, m
+  double moment;  // EI / L, N m
+  double force;   // EI / L^2, N
+  double energy;  // EI / L, J
+
+  explicit Units(const RodProperties& rod);
+  [[nodiscard]] Vector6 wrenchToNatural(const Vector6& wrench) const;
+  [[nodiscard]] Vector6 wrenchToSi(const Vector6& wrench) const;
+};
+
+/// How many times as many steps as keep the end within 1e-6 L in 99 rods of a hundred: kQuick for screening, kFine (errors 2^-8 of
+/// that) for whatever is handed out.
+inline constexpr int kQuick = 1, kFine = 2;
+
+/// What is constant of a rod. Throws InputError unless length and every c_i are finite and > 0.
+struct NaturalRod {
+  Units units;
+  Vector6 c;                    // stiffness
+  std::vector<Vector3> kappa0;  // curvature at rest: one, or one per element
+  Vector3 weight;               // per length, world axes
+  KernelRod kernel;             // kappa0[0] alone
+  double smallest_moment_stiffness, largest_moment_stiffness, largest_kappa0;
+
+  /// `gravity` in m/s^2, world axes.
+  NaturalRod(const RodProperties& rod, const Vector3& gravity);
+
+  [[nodiscard]] bool heavy() const { return !weight.isZero(0); }
+  /// Whether the kernels for many rods, which know neither weight nor a curvature that changes, can work on it.
+  [[nodiscard]] bool uniformAndWeightless() const { return !heavy() && kappa0.size() == 1; }
+
+  /// A bound, radians over the rod, of the rates at which the rod and its small deflections turn (README.md, 2). An estimate
+  /// where the curvature at rest changes along the rod.
+  [[nodiscard]] double rateBound(const Vector6& a) const;
+  /// The least that the tangent's stretch 1 + u4 can be anywhere on the rod.
+  [[nodiscard]] double leastStretch(const Vector6& a) const;
+  /// Steps for an integration; `accuracy` kQuick or more. Even; a multiple of the elements where the curvature at rest changes.
+  /// Throws InputError for a wrench that is not finite or too large to integrate.
+  [[nodiscard]] int stepCount(const Vector6& a, int accuracy) const;
+};
+
+/// Turns base axes so that z is along the force of a: the turned axes' wrench is (R m; 0, 0, force) with R of `rotation`.
+[[nodiscard]] AlignedWrench aligned(const NaturalRod& rod, const Vector6& a, int steps);
+
+}  // namespace tendril::statics
