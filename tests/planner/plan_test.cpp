@@ -68,6 +68,14 @@ TEST(Plan, EveryPlannerSolvesFreeSpaceAndItsPlanIsVerified) {
   }
 }
 
+TEST(Plan, ARodWithARestCurvatureForEachElementIsPlannedAndVerified) {
+  Scenario s = freeSpace(20);
+  for (int k = 0; k < 20; ++k) s.rod.rest_curvature.emplace_back(0.02 * k, 0.3, -0.5);
+  const Solution solution = planned(s, "tendril", 1, 20);
+  ASSERT_EQ(solution.status, PlanStatus::solved);
+  EXPECT_EQ(failures(verify(solution)), "");
+}
+
 TEST(Plan, ReplayingTheControlsReproducesEveryState) {
   const Scenario s = doubleFunnel(16);
   const Solution solution = planned(s, "tendril", 3);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numbers>
 
 namespace tendril {
@@ -125,6 +126,70 @@ TEST(Resample, AMultipleOfTheElementsKeepsEveryNodeAndTheSameNumberChangesNothin
     EXPECT_LT((finer[3 * i].position - shape[i].position).norm(), 1e-14);
   EXPECT_LT(farthest(resample(finer, 8), shape), 1e-14);
   EXPECT_EQ(farthest(resample(shape, 8), shape), 0);
+}
+
+RodProperties curvedRod(int elements, std::uint64_t seed) {
+  RodProperties rod;
+  rod.length = 1.7, rod.elements = elements;
+  Random random(seed);
+  for (int k = 0; k < elements; ++k)
+    rod.rest_curvature.emplace_back(random.uniform(-5, 5), random.uniform(-5, 5), random.uniform(-5, 5));
+  return rod;
+}
+
+/// The turn [rad] from the first end to a fraction t of the length, component by component.
+Vector3 turnUntil(const RodProperties& rod, double t) {
+  Vector3 sum = Vector3::Zero();
+  for (int k = 0; k < rod.elements; ++k)
+    sum += std::clamp(t * rod.elements - k, 0.0, 1.0) * rod.elementLength() * rod.restCurvature(k);
+  return sum;
+}
+
+TEST(WithElements, EveryNewElementTurnsByWhatItsStretchOfTheRodTurnedBefore) {
+  for (const int from : {4, 7, 12, 40})
+    for (const int to : {4, 5, 12, 13, 40, 97, 1000}) {
+      const RodProperties rod = curvedRod(from, 11), cut = withElements(rod, to);
+      ASSERT_EQ(cut.elements, to);
+      ASSERT_EQ(cut.rest_curvature.size(), static_cast<std::size_t>(to));
+      for (int k = 0; k < to; ++k) {
+        const Vector3 turned =
+            turnUntil(rod, static_cast<double>(k + 1) / to) - turnUntil(rod, static_cast<double>(k) / to);
+        EXPECT_LT((cut.elementLength() * cut.restCurvature(k) - turned).norm(), 1e-13)
+            << from << " to " << to;
+      }
+    }
+}
+
+TEST(WithElements, KeepsTheMeanCurvature) {
+  const auto mean = [](const RodProperties& rod) {
+    Vector3 sum = Vector3::Zero();
+    for (const Vector3& curvature : rod.rest_curvature) sum += curvature;
+    return Vector3(sum / static_cast<double>(rod.rest_curvature.size()));
+  };
+  for (const int to : {4, 12, 39, 40, 41, 500}) {
+    const RodProperties rod = curvedRod(40, 12);
+    EXPECT_LT((mean(withElements(rod, to)) - mean(rod)).norm(), 1e-14) << to;
+  }
+}
+
+TEST(WithElements, RefiningAndCoarseningAgainGivesTheSameBack) {
+  const RodProperties rod = curvedRod(12, 13);
+  for (const int factor : {1, 2, 3, 7, 50}) {
+    const RodProperties finer = withElements(rod, factor * 12), back = withElements(finer, 12);
+    for (int k = 0; k < 12; ++k) {
+      EXPECT_LT((back.restCurvature(k) - rod.restCurvature(k)).norm(), 1e-14) << factor;
+      EXPECT_LT((finer.restCurvature(factor * k) - rod.restCurvature(k)).norm(), 1e-14) << factor;
+    }
+  }
+}
+
+TEST(WithElements, LeavesAStraightRodStraightAndOneCurvatureAsItIs) {
+  RodProperties rod;
+  EXPECT_TRUE(withElements(rod, 7).rest_curvature.empty());
+  EXPECT_EQ(withElements(rod, 7).restCurvature(6), Vector3(0, 0, 0));
+  rod.rest_curvature = {Vector3(1, 2, 3)};
+  EXPECT_EQ(withElements(rod, 7).rest_curvature, rod.rest_curvature);
+  EXPECT_EQ(withElements(rod, 7).restCurvature(6), Vector3(1, 2, 3));
 }
 
 TEST(RodState, AtRestHasAVelocityOfZeroForEveryNodeAndNoHistory) {

@@ -66,6 +66,7 @@ TEST(ScenarioDocumentation, NamesEveryKeyTheProgramWrites) {
                                 "stiffness",
                                 "elements",
                                 "self_contact",
+                                "rest_curvature_1_m",
                                 "torsion_n_m2",
                                 "bending_n_m2",
                                 "axial_n",

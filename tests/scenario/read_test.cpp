@@ -93,6 +93,23 @@ TEST(Scenario, StiffnessMayBeGivenInsteadOfModuli) {
   EXPECT_FALSE(s.moduli);
 }
 
+TEST(Scenario, RestCurvatureIsOneForAllElementsOrOneForEach) {
+  const auto rodWith = [](const std::string& curvature) {
+    return parseScenario(changed("elements: 40", "elements: 4\n  rest_curvature_1_m: " + curvature), "a.yaml")
+        .rod;
+  };
+  const RodProperties one = rodWith("[1, -2, 2]");
+  ASSERT_EQ(one.rest_curvature.size(), 1u);
+  for (const int k : {0, 3}) EXPECT_EQ(one.restCurvature(k), Vector3(1, -2, 2));
+  const RodProperties each = rodWith("[[0, 0, 1], [0, 2, 0], [3, 0, 0], [0, 0, -1]]");
+  ASSERT_EQ(each.rest_curvature.size(), 4u);
+  EXPECT_EQ(each.restCurvature(1), Vector3(0, 2, 0));
+  EXPECT_EQ(each.restCurvature(3), Vector3(0, 0, -1));
+  EXPECT_TRUE(parseScenario(kExample, "a.yaml").rod.rest_curvature.empty());
+  // The bounds themselves: 1.5 rad for an element of 0.5 m.
+  EXPECT_EQ(rodWith("[0, 0, 3]").rest_curvature.front().z(), 3);
+}
+
 TEST(Scenario, StartPoseWithoutWrenchIsABaseAndNoStart) {
   const Scenario s = parseScenario(changed("  wrench: [0, 0, 0.1, 0, 0, 0]\n", ""), "a.yaml");
   EXPECT_FALSE(s.start);
@@ -150,6 +167,18 @@ TEST(Scenario, EveryErrorNamesFileLineKeyAndWhatToDo) {
        f + "9: rod.elements is 1001; it must be a whole number between 4 and 1000."},
       {"elements: 40", "elements: 40.0",
        f + "9: rod.elements is 40.0; it must be a whole number between 4 and 1000."},
+      {"elements: 40", "elements: 40\n  rest_curvature_1_m: [0, 60, 80]",
+       f + "10: rod.rest_curvature_1_m has length 100; times the radius it must be < 1."},
+      {"elements: 40", "elements: 40\n  rest_curvature_1_m: [0, 1e300, 1e300]",
+       f + "10: rod.rest_curvature_1_m has length inf; times the radius it must be < 1."},
+      {"elements: 40", "elements: 40\n  rest_curvature_1_m: [0, -32, 0]",
+       f + "10: rod.rest_curvature_1_m has length 32; it turns an element by 1.6 rad, and at most 1.5 is "
+           "allowed; give more elements."},
+      {"elements: 40",
+       "elements: 4\n  rest_curvature_1_m:\n    - [0, 0, 1]\n    - [0, 0, 1]\n    - [0, 3.2, 0]\n"
+       "    - [0, 0, 1]",
+       f + "13: rod.rest_curvature_1_m[2] has length 3.2; it turns an element by 1.6 rad, and at most 1.5 is "
+           "allowed; give more elements."},
       {"scale: 0.5", "scale: 0", f + "13: environment.meshes[0].scale is 0; a scale must be > 0."},
       {"min: [-2, -1, -1]", "min: [-2, 1, -1]",
        f + "14: environment.workspace_m.min must be < environment.workspace_m.max in x, y and z."},
@@ -188,6 +217,34 @@ TEST(Scenario, EveryErrorNamesFileLineKeyAndWhatToDo) {
       {"name: example", "name: ''", f + "2: name is \"\"; it must not be."},
       {"elements: 40", "elements: 40\n  self_contact: yes",
        f + "10: rod.self_contact is \"yes\"; it must be true or false."},
+      {"elements: 40", "elements: 40\n  rest_curvature_1_m: 2",
+       f + "10: rod.rest_curvature_1_m is 2; it must be [twist, bending about y, bending about z], or a list "
+           "of "
+           "these per element."},
+      {"elements: 40", "elements: 40\n  rest_curvature_1_m: []",
+       f + "10: rod.rest_curvature_1_m has 0 values; it must be a list of three numbers, [twist, bending "
+           "about y, "
+           "bending about z]."},
+      {"elements: 40", "elements: 40\n  rest_curvature_1_m: [0, 2]",
+       f + "10: rod.rest_curvature_1_m has 2 values; it must be a list of three numbers, [twist, bending "
+           "about y, "
+           "bending about z]."},
+      {"elements: 40", "elements: 40\n  rest_curvature_1_m: [0, 0, .inf]",
+       f + "10: rod.rest_curvature_1_m[2] is .inf; it must be a finite decimal number."},
+      {"elements: 40", "elements: 40\n  rest_curvature_1_m: [0, [0, 0, 1], 0]",
+       f + "10: rod.rest_curvature_1_m[1] is a list; it must be a number."},
+      {"elements: 40", "elements: 40\n  rest_curvature_1_m: [[0, 0, 1]]",
+       f + "10: rod.rest_curvature_1_m has 1 curvatures; give one for each of the rod's 40 elements, or one "
+           "without the outer brackets for all."},
+      {"elements: 40", "elements: 4\n  rest_curvature_1_m: [[0, 0, 1], [0, 0, 1], [0, 1], [0, 0, 1]]",
+       f + "10: rod.rest_curvature_1_m[2] has 2 values; it must be a list of three numbers, [twist, bending "
+           "about y, "
+           "bending about z]."},
+      {"elements: 40", "elements: 4\n  rest_curvature_1_m: [[0, 0, 1], 2, [0, 0, 1], [0, 0, x]]",
+       f + "10: rod.rest_curvature_1_m[1] is 2; it must be a list of three numbers, [twist, bending about y, "
+           "bending about z]."},
+      {"elements: 40", "elements: 4\n  rest_curvature_1_m: [[0, 0, 1], [0, 0, 1], [0, 0, 1], [0, 0, x]]",
+       f + "10: rod.rest_curvature_1_m[3][2] is \"x\"; it must be a number."},
       {"gravity_m_s2: [0, 0, -9.81]", "gravity_m_s2: -9.81",
        f + "16: environment.gravity_m_s2 is -9.81; it must be a list of three numbers, [x, y, z]."},
       {"gravity_m_s2: [0, 0, -9.81]", "gravity_m_s2: [0, -9.81]",

@@ -45,6 +45,9 @@ void expectSame(const Scenario& a, const Scenario& b) {
   EXPECT_TRUE(sameBits(a.rod.c, b.rod.c));
   EXPECT_EQ(a.rod.elements, b.rod.elements);
   EXPECT_EQ(a.rod.self_contact, b.rod.self_contact);
+  ASSERT_EQ(a.rod.rest_curvature.size(), b.rod.rest_curvature.size());
+  for (std::size_t i = 0; i < a.rod.rest_curvature.size(); ++i)
+    EXPECT_TRUE(sameBits(a.rod.rest_curvature[i], b.rod.rest_curvature[i]));
   ASSERT_EQ(a.environment.meshes.size(), b.environment.meshes.size());
   for (std::size_t i = 0; i < a.environment.meshes.size(); ++i) {
     EXPECT_EQ(a.environment.meshes[i].file, b.environment.meshes[i].file);
@@ -125,6 +128,7 @@ class RandomScenario {
                                   {"shear_n", {magnitude(-9, 9), magnitude(-9, 9)}}};
     }
     if (coin()) json["rod"]["self_contact"] = coin();
+    if (coin()) json["rod"]["rest_curvature_1_m"] = restCurvature(json["rod"]);
     json["environment"] = {{"meshes", nlohmann::json::array()},
                            {"workspace_m", {{"min", numbers(3, -3, -1)}, {"max", numbers(3, 1, 3)}}},
                            {"friction", random_.uniform(0, 2)},
@@ -173,6 +177,16 @@ class RandomScenario {
     while (static_cast<int>(out.size()) < count) out.push_back(random_.uniform(low, high));
     return out;
   }
+  nlohmann::json restCurvature(const nlohmann::json& rod) {
+    const double length = rod["length_m"], radius = rod["radius_m"];
+    const int elements = rod["elements"];
+    const double most =
+        std::min(1 / radius, 1.5 * elements / length) / 2;  // sqrt(3) of it is within the bounds
+    if (coin()) return numbers(3, -most, most);
+    nlohmann::json list = nlohmann::json::array();
+    for (int k = 0; k < elements; ++k) list.push_back(numbers(3, -most, most));
+    return list;
+  }
   nlohmann::json pose() {
     const Quaternion q = random_.rotation();
     const double off =
@@ -220,6 +234,18 @@ TEST(Scenario, EveryDefaultIsWritten) {
     ASSERT_TRUE(json["planner"].contains(key)) << key;
     EXPECT_EQ(json["planner"][key], field) << key;
   });
+}
+
+TEST(Scenario, RestCurvatureIsWrittenInTheFormItHad) {
+  const auto written = [](const std::string& more) -> nlohmann::json {
+    return toJson(parseScenario(test::changed("elements: 40", "elements: 4" + more), "a.yaml"))["rod"];
+  };
+  const std::string key = "\n  rest_curvature_1_m: ";
+  EXPECT_FALSE(written("").contains("rest_curvature_1_m"));
+  EXPECT_EQ(written(key + "[1, 0, -2.5]")["rest_curvature_1_m"].dump(), "[1.0,0.0,-2.5]");
+  EXPECT_EQ(written(key + "[0, 0, 0]")["rest_curvature_1_m"].dump(), "[0.0,0.0,0.0]");
+  EXPECT_EQ(written(key + "[[0, 0, 1], [0, 0, 1], [0, 0, 1], [0.5, 0, 1]]")["rest_curvature_1_m"].dump(),
+            "[[0.0,0.0,1.0],[0.0,0.0,1.0],[0.0,0.0,1.0],[0.5,0.0,1.0]]");
 }
 
 TEST(Scenario, YamlAndTheSameInJsonReadAlike) {

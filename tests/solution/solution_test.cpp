@@ -114,6 +114,14 @@ class SolutionFile : public testing::Test {
   fs::path file_ = folder_ / "out/solution.json";
 };
 
+TEST_F(SolutionFile, KeepsARestCurvatureForEveryElement) {
+  Solution s = example();
+  for (int k = 0; k < s.scenario.rod.elements; ++k)
+    s.scenario.rod.rest_curvature.emplace_back(k / 7.0, -1, 0.1);
+  writeSolution(s, file_);
+  EXPECT_EQ(readSolution(file_).scenario.rod.rest_curvature, s.scenario.rod.rest_curvature);
+}
+
 TEST_F(SolutionFile, WritingAndReadingAgainChangesNoBit) {
   const Solution a = example(50);
   writeSolution(a, file_);

@@ -54,7 +54,7 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
   rotary = 0.25 * rod.radius * rod.radius * Vector3(2, 1, 1);
 
   // Rayleigh damping beta c du/dt with du/dt = (u - u_hat)/tau folds into the element: stiffness c (1 +
-  // beta/tau), at ease at beta/tau u_hat / (1 + beta/tau).
+  // beta/tau), at ease at (u_rest + beta/tau u_hat) / (1 + beta/tau).
   const double rate = model.simulation.stiffness_damping / tau;
   evaluateElements(nodes, psi, wrenches);  // psi is needed; the wrenches are set below
   for (std::size_t k = 0; k < element_count; ++k) {
@@ -67,7 +67,9 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
       u_previous[3] -= 1;
       u_hat = (4 * u_hat - u_previous) / 3;
     }
-    elements[k] = {h, (1 + rate) * rod.c, (rate / (1 + rate)) * u_hat};
+    Vector6 reference = (rate / (1 + rate)) * u_hat;
+    reference.head<3>() += rod.restCurvature(static_cast<int>(k)) / (1 + rate);
+    elements[k] = {h, (1 + rate) * rod.c, reference};
     wrenches[k] = elements[k].wrench(psi[k]);
   }
 

@@ -11,6 +11,7 @@
 #include <ompl/util/RandomNumbers.h>
 
 #include <algorithm>
+#include <cmath>
 #include <ctime>
 
 #include "tendril/planner.h"
@@ -75,6 +76,14 @@ ob::PlannerPtr makePlanner(const std::string& name, const oc::SpaceInformationPt
   }
   throw InputError(
       fmt::format("unknown planner \"{}\"; use one of: {}.", name, fmt::join(plannerNames(), ", ")));
+}
+
+/// The rod to explore with: `elements`, but not so few that one turns by more than 1 rad at rest, nor more
+/// than the rod's own.
+RodProperties coarseRod(const RodProperties& rod, int elements) {
+  double turn = 0;  // rad, of the whole rod if it were curved as much as where it is curved most
+  for (int k = 0; k < rod.elements; ++k) turn = std::max(turn, rod.restCurvature(k).norm() * rod.length);
+  return withElements(rod, std::min(std::max(elements, static_cast<int>(std::ceil(turn))), rod.elements));
 }
 
 /// A state reached by the exact simulation, with the EXTENDs that lead to it from the start.
@@ -308,7 +317,7 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
   Scenario coarse = scenario;
   if (method.coarse) {
     if (scenario.planner.explore_elements > 0)
-      coarse.rod.elements = std::min(scenario.planner.explore_elements, scenario.rod.elements);
+      coarse.rod = coarseRod(scenario.rod, scenario.planner.explore_elements);
     coarse.simulation.time_step =
         std::max(scenario.planner.explore_time_step_s, scenario.simulation.time_step);
   }

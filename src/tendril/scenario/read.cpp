@@ -48,9 +48,42 @@ Vector6 readStiffness(const Value& stiffness) {
   return c;
 }
 
+/// One rest curvature: its bend fits the section, and one element can follow it (a chord is then 0.9 h or
+/// more).
+Vector3 readCurvature(const Value& value, const RodProperties& rod) {
+  constexpr double kMostTurn = 1.5;  // rad
+  const Vector3 curvature =
+      value.vector(3, "it must be a list of three numbers, [twist, bending about y, bending about z].");
+  const double length = curvature.norm();
+  if (!(length * rod.radius < 1))
+    value.fail(fmt::format("{} has length {:.6g}; times the radius it must be < 1.", value.path(), length));
+  if (const double turn = length * rod.elementLength(); turn > kMostTurn)
+    value.fail(
+        fmt::format("{} has length {:.6g}; it turns an element by {:.6g} rad, and at most {} is allowed; "
+                    "give more elements.",
+                    value.path(), length, turn, kMostTurn));
+  return curvature;
+}
+
+/// [twist, bending, bending] for the whole rod, or such a list per element; needs rod.elements.
+std::vector<Vector3> readRestCurvature(const Value& value, const RodProperties& rod) {
+  const std::vector<Value>& items =
+      value.list("it must be [twist, bending about y, bending about z], or a list of these per element.");
+  if (items.empty() || items.front().kind() != Value::Kind::list) return {readCurvature(value, rod)};
+  if (items.size() != static_cast<std::size_t>(rod.elements))
+    value.fail(
+        fmt::format("{} has {} curvatures; give one for each of the rod's {} elements, or one without "
+                    "the outer brackets for all.",
+                    value.path(), items.size(), rod.elements));
+  std::vector<Vector3> curvatures;
+  for (const Value& item : items) curvatures.push_back(readCurvature(item, rod));
+  return curvatures;
+}
+
 void readRod(const Value& value, Scenario& out) {
   value.allowKeys({"length_m", "radius_m", "density_kg_m3", "young_modulus_pa", "poisson_ratio",
-                   "shear_modulus_pa", "shear_correction", "stiffness", "elements", "self_contact"});
+                   "shear_modulus_pa", "shear_correction", "stiffness", "elements", "self_contact",
+                   "rest_curvature_1_m"});
   RodProperties& rod = out.rod;
   rod.length = value.at("length_m").number(isPositive, kMetres);
   rod.radius = value.at("radius_m").number(isPositive, "a radius must be > 0.");
@@ -58,6 +91,8 @@ void readRod(const Value& value, Scenario& out) {
   rod.density = value.at("density_kg_m3").number(isPositive, "a density must be > 0.");
   rod.elements = static_cast<int>(value.at("elements").integer(4, 1000));
   if (const Value* self_contact = value.find("self_contact")) rod.self_contact = self_contact->boolean();
+  if (const Value* curvature = value.find("rest_curvature_1_m"))
+    rod.rest_curvature = readRestCurvature(*curvature, rod);
 
   if (const Value* stiffness = value.find("stiffness")) {
     for (const char* key : {"young_modulus_pa", "poisson_ratio", "shear_modulus_pa", "shear_correction"})

@@ -29,6 +29,12 @@ Json rodJson(const RodProperties& rod, const std::optional<Scenario::Moduli>& mo
   }
   json["elements"] = rod.elements;
   json["self_contact"] = rod.self_contact;
+  if (rod.rest_curvature.size() == 1) {
+    json["rest_curvature_1_m"] = listOf(rod.rest_curvature.front());
+  } else if (!rod.rest_curvature.empty()) {
+    Json& list = json["rest_curvature_1_m"] = Json::array();
+    for (const Vector3& curvature : rod.rest_curvature) list.push_back(listOf(curvature));
+  }
   return json;
 }
 
