@@ -166,13 +166,4 @@ nlohmann::json toJson(const VerificationReport& report) {
   return {{"valid", report.valid()}, {"smallest_clearance_m", report.smallest_clearance}, {"checks", checks}};
 }
 
-void requireNoGravity(const Scenario& scenario) {
-  if (!scenario.environment.gravity.isZero(0))
-    throw InputError(
-        fmt::format("{}: environment.gravity_m_s2 is not zero, and these equilibria are those of a "
-                    "weightless rod; set it to "
-                    "[0, 0, 0] or let the rod settle with `tendril simulate`.",
-                    scenario.file.string()));
-}
-
 }  // namespace tendril::app

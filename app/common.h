@@ -60,7 +60,4 @@ void printJson(const nlohmann::json& object);
 /// {"valid", "smallest_clearance_m", "checks"}.
 [[nodiscard]] nlohmann::json toJson(const VerificationReport& report);
 
-/// The statics here are those of a weightless rod. Throws InputError where the scenario has gravity.
-void requireNoGravity(const Scenario& scenario);
-
 }  // namespace tendril::app

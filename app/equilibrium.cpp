@@ -33,9 +33,10 @@ Pose poseFrom(const double* numbers, const char* end) {
 std::vector<Equilibrium> find(const Scenario& scenario, const Options& options) {
   if (!options.ends.empty())
     return fitEnds(scenario.rod,
-                   {poseFrom(options.ends.data(), "first"), poseFrom(options.ends.data() + 7, "last")});
+                   {poseFrom(options.ends.data(), "first"), poseFrom(options.ends.data() + 7, "last")},
+                   scenario.environment.gravity);
   Equilibrium equilibrium;
-  EquilibriumIntegrator integrator(scenario.rod);
+  EquilibriumIntegrator integrator(scenario.rod, scenario.environment.gravity);
   const Vector6 wrench = Vector6::Map(options.wrench.data());
   if (integrator.solve(scenario.start_pose.value_or(Pose{}), wrench, equilibrium) == ChartStatus::inverted)
     return {};
@@ -46,7 +47,6 @@ int run(const Options& options) {
   requireFinite(options.wrench, "--wrench");
   requireFinite(options.ends, "--ends");
   const Scenario scenario = readScenario(options.scenario);
-  requireNoGravity(scenario);
   const std::vector<Equilibrium> found = find(scenario, options);
   if (options.json) {
     nlohmann::json list = nlohmann::json::array();

@@ -7,6 +7,7 @@
 
 #include "tendril/dynamics.h"
 #include "tendril/solution.h"
+#include "tendril/statics.h"
 
 namespace tendril {
 
@@ -38,6 +39,10 @@ struct PlanRequest {
 /// The goal's shape: the stable, contact-free equilibrium of least energy at the goal. Throws InputError as
 /// above.
 [[nodiscard]] RodShape goalShape(const Scenario& scenario, const Obstacles& obstacles);
+
+/// What a scenario's static rods are drawn from: stable, whole in the workspace, clear, under its gravity.
+/// Refers to `obstacles`.
+[[nodiscard]] SamplingSpace samplingSpace(const Scenario& scenario, const Obstacles& obstacles);
 
 /// Plans. The result's status is `solved` only for an exact solution, still to be verified by the caller;
 /// otherwise its trajectory is the motion that came nearest to the goal. Fills everything but run.version,

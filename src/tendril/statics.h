@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "tendril/geometry.h"
 #include "tendril/rod.h"
 
 namespace tendril {
@@ -35,10 +36,11 @@ enum class ChartStatus { equilibrium, inverted };
 
 /// The last frame of an equilibrium, seen from its first.
 struct EquilibriumEnd {
-  Pose end_in_base;                    // m
-  double energy = 0;                   // J, elastic
-  Matrix6 jacobian = Matrix6::Zero();  // J(1) = dq(1)/da in the end's body frame, (angular; linear): rad, m per N m, N
-  bool stable = false;                 // neither unstable nor marginal
+  Pose end_in_base;   // m
+  double energy = 0;  // J, elastic
+  Matrix6 jacobian =
+      Matrix6::Zero();  // J(1) = dq(1)/da in the end's body frame, (angular; linear): rad, m per N m, N
+  bool stable = false;  // neither unstable nor marginal
 };
 
 /// Integrates the chart for one rod and keeps its memory between calls. Not thread-safe; make one per thread.
@@ -49,8 +51,8 @@ class EquilibriumIntegrator {
   ~EquilibriumIntegrator();
   EquilibriumIntegrator(EquilibriumIntegrator&&) noexcept;
 
-  /// Shape, energy and stability for the wrench a [N m, N] at `base`, to about 1e-8 L. `out` is reused: no allocation after
-  /// the first call.
+  /// Shape, energy and stability for the wrench a [N m, N] at `base`, to about 1e-8 L. `out` is reused: no
+  /// allocation after the first call.
   [[nodiscard]] ChartStatus solve(const Pose& base, const Vector6& wrench, Equilibrium& out);
   /// Shape and energy only; `out.stability` is left alone.
   [[nodiscard]] ChartStatus shape(const Pose& base, const Vector6& wrench, Equilibrium& out);
@@ -68,18 +70,20 @@ class EquilibriumIntegrator {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Integrates many rods of one kind at once, in the lanes of the processor's widest registers. What it says of a rod does not
-/// depend on the others, on their number or on the processor. Not thread-safe; make one per thread.
+/// Integrates many rods of one kind at once, in the lanes of the processor's widest registers. What it says
+/// of a rod does not depend on the others, on their number or on the processor. Not thread-safe; make one per
+/// thread.
 class EquilibriumBatch {
  public:
   explicit EquilibriumBatch(const RodProperties& rod);
   ~EquilibriumBatch();
   EquilibriumBatch(EquilibriumBatch&&) noexcept;
 
-  /// The ends' frames and energies alone, to 1e-6 L in 99 rods of a hundred. Inverted rods get an energy of infinity.
-  /// `ends` has as many elements as `wrenches`.
+  /// The ends' frames and energies alone, to 1e-6 L in 99 rods of a hundred. Inverted rods get an energy of
+  /// infinity. `ends` has as many elements as `wrenches`.
   void shapes(std::span<const Vector6> wrenches, std::span<EquilibriumEnd> ends);
-  /// The same with Jacobians and verdicts.
+  /// The same with verdicts, and with the Jacobians of the stable rods: an unstable rod is given up when it
+  /// is found out, and has nothing but its verdict.
   void ends(std::span<const Vector6> wrenches, std::span<EquilibriumEnd> ends);
   /// The verdicts alone: a rod is given up as soon as it is found unstable.
   void areStable(std::span<const Vector6> wrenches, std::span<bool> stable);
@@ -98,20 +102,82 @@ struct SamplingBox {
   double moment = 6.283185307179586;  // EI/L
   double force = 40.0;                // EI/L^2
 };
-/// Draws a from the box until it is stable, uninverted and (with the rod's radius) clear of itself. Expected
-/// draws about 4 at the default box. Base pose is left to the caller.
-/// Throws InputError after 100000 draws without one: a box far beyond the stable wrenches.
-[[nodiscard]] Equilibrium sampleStable(EquilibriumIntegrator& integrator, const RodProperties& rod,
-                                       const SamplingBox& box, Random& random);
 
-/// All distinct stable equilibria found between two end frames, by ascending energy: Newton on a with J(1),
-/// continued along the geodesic through stable rods from the 20 nearest of a library of 2000, and the 20 of
-/// least energy near by, (built on the first call for a stiffness, 0.2 s, and kept). Empty if none is found;
-/// that includes the circle of marginal rods that a rod with c2 = c3, c5 = c6 forms between coaxial ends when
-/// it buckles off their axis. Deterministic and thread-safe; about 10 ms.
-[[nodiscard]] std::vector<Equilibrium> fitEnds(const RodProperties& rod, const GripperPoses& ends);
+/// What static rods are drawn from.
+struct SamplingSpace {
+  SamplingBox box;
+  bool stable_only = true;                       // false: whatever the verdict, but no inverted rod
+  std::optional<Eigen::AlignedBox3d> workspace;  // m, world; none: every rod begins at the world's frame
+  const Obstacles* obstacles = nullptr;
+  Vector3 gravity = Vector3::Zero();  // m/s^2, world
+};
+
+/// Draws static rods: a uniform in the box (for a heavy rod the force's box is centred on a uniform share of
+/// the weight), the base's frame uniform in the workspace and over all rotations, until the rod is stable,
+/// wholly inside the workspace, clear of the obstacles and of itself. The sequence depends on the seed alone.
+/// Refers to the obstacles, does not own them.
+class RodSampler {
+ public:
+  RodSampler(const RodProperties& rod, const SamplingSpace& space, std::uint64_t seed);
+  ~RodSampler();
+  RodSampler(RodSampler&&) noexcept;
+
+  /// The next rod, valid until the next call; null after 200,000 draws in a row without one.
+  [[nodiscard]] const Equilibrium* next();
+
+ private:
+  friend std::vector<Equilibrium> sampleRods(const RodProperties&, const SamplingSpace&, std::uint64_t,
+                                             std::size_t, int);
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The first `count` rods of RodSampler, drawn by `threads` threads: the same whatever their number. Fewer
+/// where RodSampler would give up.
+[[nodiscard]] std::vector<Equilibrium> sampleRods(const RodProperties& rod, const SamplingSpace& space,
+                                                  std::uint64_t seed, std::size_t count, int threads = 1);
+
+/// How long fitEnds looks: until it has one equilibrium (or several at once), or for all it can find.
+enum class Wanted { one, all };
+
+/// The distinct stable equilibria found between two end frames [m], by ascending energy (elastic and of the
+/// weight): Newton's method on a with J(1), continued along the geodesic to the wanted end from the nearest
+/// rods of a library of stable ones, through stable rods only; a heavy rod then gains its weight little by
+/// little. Each is exact to 1e-9 L and rad. The library depends on the stiffness alone; it is built once and
+/// kept in memory, and on disk in $TENDRIL_CACHE (default: tendril in $XDG_CACHE_HOME or ~/.cache; empty: not
+/// at all). Empty if none is found; that includes the circle of marginal rods that a rod with c2 = c3, c5 =
+/// c6 forms between coaxial ends when it buckles off their axis. Deterministic, thread-safe.
+[[nodiscard]] std::vector<Equilibrium> fitEnds(const RodProperties& rod, const GripperPoses& ends,
+                                               const Vector3& gravity = Vector3::Zero(),
+                                               Wanted wanted = Wanted::all);
 
 /// Every stable equilibrium for a placement, by ascending energy: one or none for a pose and wrench.
-[[nodiscard]] std::vector<Equilibrium> equilibriaOf(const RodProperties& rod, const Placement& placement);
+[[nodiscard]] std::vector<Equilibrium> equilibriaOf(const RodProperties& rod, const Placement& placement,
+                                                    const Vector3& gravity = Vector3::Zero());
+
+/// One place on a way through the chart: both grippers' frames [m] and the wrench at the first.
+struct ChartStation {
+  GripperPoses grippers;
+  Vector6 wrench;  // N m, N
+};
+
+/// A quasi-static motion of the grippers from one stable equilibrium to another, through stable ones only.
+struct ChartPath {
+  bool connected = false;
+  std::vector<ChartStation>
+      stations;  // from start to goal; neighbours differ by a stride at most; empty if not connected
+  /// Where the straight way through the chart is first unstable, if it is: the part of the way that was gone,
+  /// and the wrench.
+  std::optional<double> lost_at;
+  Vector6 lost_wrench = Vector6::Zero();
+};
+
+/// Looks for such a motion: straight in a, else by way of the unloaded rod, else by way of rods of the
+/// library; the base moves along a geodesic meanwhile. Every station is a stable rod; between stations the
+/// grippers move by at most `stride` (of L) and radians. No contact, no obstacles. Throws InputError if an
+/// end of the way is not a stable rod.
+[[nodiscard]] ChartPath chartPath(const RodProperties& rod, const PoseAndWrench& from,
+                                  const PoseAndWrench& to, const Vector3& gravity = Vector3::Zero(),
+                                  double stride = 0.02);
 
 }  // namespace tendril

@@ -5,7 +5,6 @@
 
 #include "dynamics/scenes.h"
 #include "tendril/planner/goal.h"
-#include "tendril/planner/sampling.h"
 
 namespace tendril {
 namespace {
@@ -90,13 +89,12 @@ TEST(Sampling, SamplesAreStableRodsInsideTheWorkspaceAndClearOfTheMeshes) {
   Scenario s = openScenario();
   s.environment.workspace = {Vector3(-0.7, -0.7, -0.7), Vector3(0.7, 0.7, 0.7)};
   const Obstacles o = obstaclesOf({block({-0.2, -0.2, -0.7}, {0.2, 0.2, 0.7})});
-  Random random(9);
-  StableSampler sampler(s.rod, s.environment.workspace, o, {}, random);
-  RodShape shape;
+  RodSampler sampler(s.rod, samplingSpace(s, o), 9);
   for (int k = 0; k < 30; ++k) {
-    ASSERT_TRUE(sampler.sample(shape));
-    EXPECT_GT(bruteForceDistance(shape, o), s.rod.radius);
-    for (const Pose& node : shape) EXPECT_TRUE(s.environment.workspace.contains(node.position));
+    const Equilibrium* rod = sampler.next();
+    ASSERT_TRUE(rod);
+    EXPECT_GT(bruteForceDistance(rod->nodes, o), s.rod.radius);
+    for (const Pose& node : rod->nodes) EXPECT_TRUE(s.environment.workspace.contains(node.position));
   }
 }
 

@@ -110,8 +110,7 @@ class Explorer {
         planner_(planner),
         random_(random),
         work_(work),
-        sampler_(scenario.rod, scenario.environment.workspace, obstacles,
-                 {scenario.planner.sample_moment, scenario.planner.sample_force}, random),
+        sampler_(scenario.rod, samplingSpace(scenario, obstacles), random.bits()),
         goal_(*scenario.goal, goal_shape, scenario.rod.elements),
         settings_(scenario.planner) {}
 
@@ -137,7 +136,7 @@ class Explorer {
   std::string planner_;
   Random& random_;
   ompl_spaces::Work& work_;
-  StableSampler sampler_;
+  RodSampler sampler_;
   GoalTest goal_;
   PlannerSettings settings_;
 };

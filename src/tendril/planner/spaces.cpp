@@ -13,17 +13,16 @@ State& rodOf(ob::State* state) { return *static_cast<State*>(state); }
 /// Draws stable equilibria at rest.
 class Sampler : public ob::StateSampler {
  public:
-  Sampler(const ob::StateSpace* space, StableSampler& sampler) : ob::StateSampler(space), sampler_(sampler) {}
+  Sampler(const ob::StateSpace* space, RodSampler& sampler) : ob::StateSampler(space), sampler_(sampler) {}
   void sampleUniform(ob::State* state) override {
     State& s = rodOf(state);
-    if (sampler_.sample(shape_)) s.rod = RodState::atRest(shape_);
+    if (const Equilibrium* sample = sampler_.next()) s.rod = RodState::atRest(sample->nodes);
   }
   void sampleUniformNear(ob::State* state, const ob::State*, double) override { sampleUniform(state); }
   void sampleGaussian(ob::State* state, const ob::State*, double) override { sampleUniform(state); }
 
  private:
-  StableSampler& sampler_;
-  RodShape shape_;
+  RodSampler& sampler_;
 };
 
 /// The rod's middle and its direction there: what grid- and cell-based planners look at.
@@ -42,17 +41,21 @@ class Projection : public ob::ProjectionEvaluator {
 /// Undirected planners aim at the ends of a stable sample, or of the goal.
 class RandomControl : public oc::ControlSampler {
  public:
-  RandomControl(const ControlSpace* space, StableSampler& sampler)
+  RandomControl(const ControlSpace* space, RodSampler& sampler)
       : oc::ControlSampler(space), control_space_(space), sampler_(sampler) {}
   void sample(oc::Control* control) override {
-    if (!control_space_->aimsAtGoal(shape_) && !sampler_.sample(shape_)) return;
+    if (!control_space_->aimsAtGoal(shape_)) {
+      const Equilibrium* sample = sampler_.next();
+      if (!sample) return;
+      shape_ = sample->nodes;
+    }
     static_cast<ControlValue*>(control)->extend = {control_space_->leadingEnd(),
                                                    {shape_.front(), shape_.back()}};
   }
 
  private:
   const ControlSpace* control_space_;
-  StableSampler& sampler_;
+  RodSampler& sampler_;
   RodShape shape_;
 };
 
@@ -62,8 +65,7 @@ bool samePose(const Pose& a, const Pose& b) {
 
 }  // namespace
 
-StateSpace::StateSpace(std::size_t nodes, const Box& workspace, StableSampler& sampler,
-                       bool penalise_failures)
+StateSpace::StateSpace(std::size_t nodes, const Box& workspace, RodSampler& sampler, bool penalise_failures)
     : nodes_(nodes), workspace_(workspace), sampler_(sampler), penalise_failures_(penalise_failures) {
   setName("Rod");
 }
@@ -117,7 +119,7 @@ void StateSpace::registerProjections() {
   registerDefaultProjection(std::make_shared<Projection>(this, workspace_));
 }
 
-ControlSpace::ControlSpace(const ob::StateSpacePtr& states, StableSampler& sampler, Random& random, Aim aim)
+ControlSpace::ControlSpace(const ob::StateSpacePtr& states, RodSampler& sampler, Random& random, Aim aim)
     : oc::ControlSpace(states), sampler_(sampler), random_(random), aim_(std::move(aim)) {
   setName("Grippers");
 }

@@ -10,7 +10,7 @@
 
 #include "tendril/planner/extend.h"
 #include "tendril/planner/goal.h"
-#include "tendril/planner/sampling.h"
+#include "tendril/statics.h"
 
 namespace tendril::ompl_spaces {
 
@@ -29,7 +29,7 @@ struct State : ob::State {
 class StateSpace : public ob::StateSpace {
  public:
   /// `sampler` gives the stable, contact-free rods that uniform samples are drawn from.
-  StateSpace(std::size_t nodes, const Box& workspace, StableSampler& sampler, bool penalise_failures);
+  StateSpace(std::size_t nodes, const Box& workspace, RodSampler& sampler, bool penalise_failures);
 
   [[nodiscard]] unsigned int getDimension() const override;
   [[nodiscard]] double getMaximumExtent() const override;
@@ -48,7 +48,7 @@ class StateSpace : public ob::StateSpace {
  private:
   std::size_t nodes_;
   Box workspace_;
-  StableSampler& sampler_;
+  RodSampler& sampler_;
   bool penalise_failures_;
 };
 
@@ -66,7 +66,7 @@ struct ControlValue : oc::Control {
 
 class ControlSpace : public oc::ControlSpace {
  public:
-  ControlSpace(const ob::StateSpacePtr& states, StableSampler& sampler, Random& random, Aim aim);
+  ControlSpace(const ob::StateSpacePtr& states, RodSampler& sampler, Random& random, Aim aim);
 
   [[nodiscard]] unsigned int getDimension() const override;
   [[nodiscard]] oc::Control* allocControl() const override;
@@ -81,7 +81,7 @@ class ControlSpace : public oc::ControlSpace {
   [[nodiscard]] bool aimsAtGoal(RodShape& shape) const;
 
  private:
-  StableSampler& sampler_;
+  RodSampler& sampler_;
   Random& random_;
   Aim aim_;
 };

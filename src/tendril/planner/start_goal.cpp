@@ -45,14 +45,8 @@ std::string misplacement(const RodShape& shape, const Scenario& scenario, const 
 RodShape judgedShape(const Scenario& scenario, const Obstacles& obstacles, const Placement& placement,
                      const std::string& key) {
   const std::string where = scenario.file.string();
-  if (scenario.environment.gravity.norm() > 0)
-    throw InputError(
-        fmt::format("{}: environment.gravity_m_s2 is not zero; the static equilibria that planning starts "
-                    "from are computed without "
-                    "gravity. Set it to [0, 0, 0] to plan, or use `tendril simulate`.",
-                    where));
   if (const auto* chart = std::get_if<PoseAndWrench>(&placement)) {
-    EquilibriumIntegrator integrator(scenario.rod);
+    EquilibriumIntegrator integrator(scenario.rod, scenario.environment.gravity);
     Equilibrium rod;
     if (integrator.solve(chart->pose, chart->wrench, rod) == ChartStatus::inverted)
       throw InputError(
@@ -69,7 +63,7 @@ RodShape judgedShape(const Scenario& scenario, const Obstacles& obstacles, const
                                    key, wrong, key));
     return rod.nodes;
   }
-  const std::vector<Equilibrium> found = equilibriaOf(scenario.rod, placement);
+  const std::vector<Equilibrium> found = equilibriaOf(scenario.rod, placement, scenario.environment.gravity);
   if (found.empty())
     throw InputError(
         fmt::format("{}: no stable static equilibrium was found between {}.grippers.first and last; bring "
@@ -88,6 +82,14 @@ RodShape judgedShape(const Scenario& scenario, const Obstacles& obstacles, const
 
 }  // namespace
 
+SamplingSpace samplingSpace(const Scenario& scenario, const Obstacles& obstacles) {
+  const Box& workspace = scenario.environment.workspace;
+  return {.box = {.moment = scenario.planner.sample_moment, .force = scenario.planner.sample_force},
+          .workspace = Eigen::AlignedBox3d(workspace.min, workspace.max),
+          .obstacles = &obstacles,
+          .gravity = scenario.environment.gravity};
+}
+
 RodShape startShape(const Scenario& scenario, const Obstacles& obstacles, bool any_shape) {
   const std::string where = scenario.file.string();
   if (!scenario.start)
@@ -97,14 +99,15 @@ RodShape startShape(const Scenario& scenario, const Obstacles& obstacles, bool a
   if (!any_shape) return judgedShape(scenario, obstacles, *scenario.start, "start");
   RodShape shape;
   if (const auto* chart = std::get_if<PoseAndWrench>(&*scenario.start)) {
-    EquilibriumIntegrator integrator(scenario.rod);
+    EquilibriumIntegrator integrator(scenario.rod, scenario.environment.gravity);
     Equilibrium rod;
     if (integrator.shape(chart->pose, chart->wrench, rod) == ChartStatus::inverted)
       throw InputError(
           fmt::format("{}: start.wrench compresses the rod to nothing; lower its force.", where));
     shape = rod.nodes;
   } else {
-    const std::vector<Equilibrium> found = equilibriaOf(scenario.rod, *scenario.start);
+    const std::vector<Equilibrium> found =
+        equilibriaOf(scenario.rod, *scenario.start, scenario.environment.gravity);
     if (found.empty())
       throw InputError(fmt::format("{}: no rod was found between start.grippers.first and last.", where));
     shape = found.front().nodes;

@@ -1,95 +1,48 @@
-#include <cassert>
-#include <limits>
+#include "tendril/statics/batch.h"
 
-#include "tendril/statics.h"
-#include "tendril/statics/integrator.h"
+#include <cassert>
 
 namespace tendril {
 
 using namespace statics;
 
 struct EquilibriumBatch::Impl {
-  Integrator natural;
-  std::vector<AlignedWrench> wrenches;
-  std::vector<std::size_t> index;  // of each of them among those asked for
-  std::vector<PathEnd> paths;
-  std::vector<JointEnd> joints;
+  Batch batch;
+  std::vector<Vector6> natural;
 
-  /// Lays out the rods that the kernels for many rods can work on, and calls alone(i) for every other.
-  template <class Alone>
-  void sort(std::span<const Vector6> si, const Alone& alone) {
-    const NaturalRod& rod = natural.rod();
-    wrenches.clear(), index.clear();
-    for (std::size_t i = 0; i < si.size(); ++i) {
-      const Vector6 a = rod.units.wrenchToNatural(si[i]);
-      if (rod.uniformAndWeightless() && rod.leastStretch(a) > kSmallestStretch)
-        wrenches.push_back(aligned(rod, a, rod.stepCount(a, kQuick))), index.push_back(i);
-      else
-        alone(i, a);
-    }
-  }
-  void runJoints(bool stop) {
-    joints.resize(wrenches.size());
-    kernel().joints(natural.rod().kernel, wrenches, stop, joints.data());
-  }
-  void endAlone(const Vector6& a, EquilibriumEnd& out) {
-    NaturalEnd end;
-    if (natural.end(a, Vector3::Zero(), kQuick, end) == ChartStatus::equilibrium)
-      out = toSi(end, natural.rod().units);
-    else
-      out = {}, out.energy = std::numeric_limits<double>::infinity();
+  std::span<const Vector6> toNatural(std::span<const Vector6> wrenches) {
+    natural.clear();
+    for (const Vector6& wrench : wrenches) natural.push_back(batch.rod().units.wrenchToNatural(wrench));
+    return natural;
   }
 };
 
 EquilibriumBatch::EquilibriumBatch(const RodProperties& rod)
-    : impl_(std::make_unique<Impl>(Impl{Integrator(NaturalRod(rod, Vector3::Zero())), {}, {}, {}, {}})) {}
+    : impl_(std::make_unique<Impl>(Impl{Batch(NaturalRod(rod, Vector3::Zero())), {}})) {}
 EquilibriumBatch::~EquilibriumBatch() = default;
 EquilibriumBatch::EquilibriumBatch(EquilibriumBatch&&) noexcept = default;
 
 void EquilibriumBatch::shapes(std::span<const Vector6> wrenches, std::span<EquilibriumEnd> ends) {
   assert(wrenches.size() == ends.size());
-  Impl& impl = *impl_;
-  impl.sort(wrenches, [&](std::size_t i, const Vector6& a) { impl.endAlone(a, ends[i]); });
-  impl.paths.resize(impl.wrenches.size());
-  kernel().paths(impl.natural.rod().kernel, impl.wrenches, impl.paths.data());
-  const Units& units = impl.natural.rod().units;
-  for (std::size_t k = 0; k < impl.wrenches.size(); ++k) {
-    EquilibriumEnd& out = ends[impl.index[k]];
-    const Quaternion back = Quaternion(Eigen::Map<const Quaternion>(impl.wrenches[k].rotation)).conjugate();
-    out.end_in_base.rotation = back * Quaternion(Eigen::Map<const Quaternion>(impl.paths[k].rotation));
-    out.end_in_base.position = units.length * (back * Vector3::Map(impl.paths[k].position));
-    out.energy = units.energy * impl.paths[k].energy;
-  }
+  const Units& units = impl_->batch.rod().units;
+  impl_->batch.paths(impl_->toNatural(wrenches), kQuick, [&](std::size_t i, const NaturalEnd& end) {
+    ends[i].end_in_base = {end.end.rotation, units.length * end.end.position};
+    ends[i].energy = units.energy * end.energy;
+  });
 }
 
 void EquilibriumBatch::ends(std::span<const Vector6> wrenches, std::span<EquilibriumEnd> ends) {
   assert(wrenches.size() == ends.size());
-  Impl& impl = *impl_;
-  impl.sort(wrenches, [&](std::size_t i, const Vector6& a) { impl.endAlone(a, ends[i]); });
-  impl.runJoints(false);
-  const Units& units = impl.natural.rod().units;
-  for (std::size_t k = 0; k < impl.wrenches.size(); ++k) {
-    NaturalEnd end;
-    Integrator::fromKernel(impl.wrenches[k], impl.joints[k], end);
-    const std::size_t i = impl.index[k];
-    if (impl.joints[k].screening == Screening::unsure)
-      end.stable = impl.natural.isStable(units.wrenchToNatural(wrenches[i]), Vector3::Zero());
-    ends[i] = toSi(end, units);
-  }
+  impl_->batch.ends(impl_->toNatural(wrenches), kQuick, true, [&](std::size_t i, const NaturalEnd& end) {
+    if (end.stable) ends[i] = toSi(end, impl_->batch.rod().units);
+    ends[i].stable = end.stable;
+  });
 }
 
 void EquilibriumBatch::areStable(std::span<const Vector6> wrenches, std::span<bool> stable) {
   assert(wrenches.size() == stable.size());
-  Impl& impl = *impl_;
-  impl.sort(wrenches, [&](std::size_t i, const Vector6& a) { stable[i] = impl.natural.isStable(a, Vector3::Zero()); });
-  impl.runJoints(true);
-  for (std::size_t k = 0; k < impl.wrenches.size(); ++k) {
-    const std::size_t i = impl.index[k];
-    const Screening screening = impl.joints[k].screening;
-    stable[i] = screening == Screening::unsure
-                    ? impl.natural.isStable(impl.natural.rod().units.wrenchToNatural(wrenches[i]), Vector3::Zero())
-                    : screening == Screening::stable;
-  }
+  impl_->batch.verdicts(impl_->toNatural(wrenches),
+                        [&](std::size_t i, bool verdict) { stable[i] = verdict; });
 }
 
 }  // namespace tendril

@@ -1,5 +1,5 @@
-/// Composing segments of a rod in lanes: conjugate points by the inertia of P (README.md, 5 and 6). Matrices are 6 x 6, row by
-/// row. Private to the statics.
+/// Composing segments of a rod in lanes: conjugate points by the inertia of P (README.md, 5 and 6). Matrices
+/// are 6 x 6, row by row. Private to the statics.
 #pragma once
 
 #include "tendril/statics/lanes.h"
@@ -7,8 +7,8 @@
 namespace tendril::statics {
 namespace {
 
-/// A = L D L^T of a symmetric matrix, without pivoting, in place: D on the diagonal, L below it. Returns the smallest pivot:
-/// by Sylvester's law it is positive just when A is positive definite.
+/// A = L D L^T of a symmetric matrix, without pivoting, in place: D on the diagonal, L below it. Returns the
+/// smallest pivot: by Sylvester's law it is positive just when A is positive definite.
 template <class T>
 TENDRIL_INLINE T factorise(T* a) {
   T smallest = a[0];
@@ -55,8 +55,8 @@ TENDRIL_INLINE void invertFactorised(const T* a, T* out) {
     }
 }
 
-/// The symmetric part of X^-1. X = X(t) of a segment free of conjugate points: its symmetric part is positive definite, so
-/// elimination needs no pivoting.
+/// The symmetric part of X^-1. X = X(t) of a segment free of conjugate points: its symmetric part is positive
+/// definite, so elimination needs no pivoting.
 template <class T>
 TENDRIL_INLINE void symmetricInverse(const T* x, T* out) {
   T a[36], b[36];

@@ -14,21 +14,27 @@ Matrix6 congruentOfD(const Matrix6& y, const Segment& segment) {
 
 }  // namespace
 
-Segment::Segment(const SegmentMatrices& matrices, const Matrix6* b) : x(Eigen::Map<const RowMatrix6>(matrices.x)) {
-  if (b) {
-    lx = Matrix6::Identity();
-    u = Matrix6::Identity() + x * *b;
-    lu = Matrix6::Zero();
-  } else {
+Segment::Segment(const SegmentMatrices& matrices, const Matrix6* b)
+    : x(Eigen::Map<const RowMatrix6>(matrices.x)), heavy_(!b) {
+  const Matrix6 x_inverse = x.inverse();
+  if (heavy_) {
     lx = Eigen::Map<const RowMatrix6>(matrices.lx);
     u = Eigen::Map<const RowMatrix6>(matrices.u);
     lu = Eigen::Map<const RowMatrix6>(matrices.lu);
+    l_inverse = symmetricPart(lx * x_inverse);
+    u_transpose = symmetricPart(u * x.transpose());
+  } else {
+    u = Matrix6::Identity() + x * *b;
+    l_inverse = symmetricPart(x_inverse);
+    u_transpose = symmetricPart(x);  // X B X^T is antisymmetric
   }
-  l_inverse = symmetricPart(lx * x.inverse());
-  u_transpose = symmetricPart(u * x.transpose());
 }
 
 void Segment::advance(Matrix6& k, Matrix6& l) const {
+  if (!heavy_) {
+    k = u * k + x;
+    return;
+  }
   const Matrix6 start = k;
   k = u * start + x * l;
   l = lu * start + lx * l;
@@ -47,7 +53,8 @@ bool ConjugatePoints::isFree(const Segment& segment) const {
 }
 
 Vector6 ConjugatePoints::timesToConjugatePoints(const Segment& segment, const Matrix6& s) const {
-  return Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6>(congruentOfD(y_, segment), s, Eigen::EigenvaluesOnly)
+  return Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6>(congruentOfD(y_, segment), s,
+                                                           Eigen::EigenvaluesOnly)
       .eigenvalues();
 }
 

@@ -1,4 +1,5 @@
-/// Conjugate points by composing segments (README.md, 5 to 7 and 9), for light and heavy rods. Private to the statics.
+/// Conjugate points by composing segments (README.md, 5 to 7 and 9), for light and heavy rods. Private to the
+/// statics.
 #pragma once
 
 #include "tendril/base.h"
@@ -10,15 +11,19 @@ namespace tendril::statics {
 /// is `marginal`.
 inline constexpr double kMarginalTime = 1e-6;
 
-/// Two solutions (K, L) over one segment: (X, Lx) from (0, 1), (U, Lu) from (1, 0); and sym(Lx X^-1), sym(U X^T).
+/// Two solutions (K, L) over one segment: (X, Lx) from (0, 1), (U, Lu) from (1, 0); and sym(Lx X^-1), sym(U
+/// X^T).
 struct Segment {
-  Matrix6 x, lx, u, lu;
+  Matrix6 x, lx, u, lu;  // of a weightless rod, Lx = 1, Lu = 0 are left out
   Matrix6 l_inverse, u_transpose;
 
   /// `b` is the rod's B, for a weightless one; null for a heavy one.
   Segment(const SegmentMatrices& matrices, const Matrix6* b);
   /// (K, L) at the segment's end from that at its start.
   void advance(Matrix6& k, Matrix6& l) const;
+
+ private:
+  bool heavy_;
 };
 
 /// Y = L K^-1 + B/2 at the end of the segments passed so far, and what came up on the way.
@@ -33,7 +38,8 @@ class ConjugatePoints {
   [[nodiscard]] bool isFree(const Segment& segment) const;
 
   /// The eigenvalues of the pencil (D, -dD/dt) at the end of the segment, ascending: to first order the
-  /// times from there to the conjugate points, negative for those passed. `s` = Ad_q diag(1/c) Ad_q^T at the segment's end.
+  /// times from there to the conjugate points, negative for those passed. `s` = Ad_q diag(1/c) Ad_q^T at the
+  /// segment's end.
   [[nodiscard]] Vector6 timesToConjugatePoints(const Segment& segment, const Matrix6& s) const;
   /// Passes the segment whatever it holds.
   void pass(const Segment& segment);

@@ -10,7 +10,9 @@ struct EquilibriumIntegrator::Impl {
   Integrator natural;
 
   /// The rod's weight in base axes.
-  [[nodiscard]] Vector3 weightAt(const Quaternion& base) const { return base.conjugate() * natural.rod().weight; }
+  [[nodiscard]] Vector3 weightAt(const Quaternion& base) const {
+    return base.conjugate() * natural.rod().weight;
+  }
   [[nodiscard]] const Units& units() const { return natural.rod().units; }
 
   /// The nodes in world, in metres, and the energies, of the rod integrated last.
@@ -61,7 +63,8 @@ bool EquilibriumIntegrator::isStable(const Quaternion& base, const Vector6& wren
 ChartStatus EquilibriumIntegrator::end(const Quaternion& base, const Vector6& wrench, EquilibriumEnd& out) {
   NaturalEnd natural;
   const Units& units = impl_->units();
-  if (impl_->natural.end(units.wrenchToNatural(wrench), impl_->weightAt(base), kQuick, natural) == ChartStatus::inverted)
+  if (impl_->natural.end(units.wrenchToNatural(wrench), impl_->weightAt(base), kQuick, natural) ==
+      ChartStatus::inverted)
     return ChartStatus::inverted;
   out = toSi(natural, units);
   return ChartStatus::equilibrium;

@@ -8,8 +8,9 @@
 namespace tendril::statics {
 namespace {
 
-constexpr double kTimeTolerance = 1e-11;   // of first_conjugate_t
-constexpr int kLocatingFactor = 4;         // times as many steps to locate a conjugate time as for the verdict
+constexpr double kTimeTolerance = 1e-11;    // of first_conjugate_t
+constexpr double kSecondLookMargin = 1e-4;  // of Screening, with the steps of kFine
+constexpr int kLocatingFactor = 3;  // times as many steps to locate a conjugate time as for the verdict
 
 /// The smallest value on [0, 1] of the cubic with values f0, f1 and derivatives g0, g1 at the ends.
 double smallestOfCubic(double f0, double g0, double f1, double g1) {
@@ -30,7 +31,8 @@ struct Station {
   Section<double> s;
   const double* y;
 
-  Station(const SingleRod& rod, const double* state, double start, double h, const double* kappa0) : y(state) {
+  Station(const SingleRod& rod, const double* state, double start, double h, const double* kappa0)
+      : y(state) {
     for (int i = 0; i < 3; ++i) {
       chart.moment[i] = rod.moment[i], chart.weight[i] = rod.weight[i];
       chart.force[i] = rod.force[i] - start * rod.weight[i];
@@ -58,22 +60,26 @@ struct Station {
     return rate;
   }
   [[nodiscard]] Frame second() const {
-    const Vector3 m = Vector3::Map(s.m), n = Vector3::Map(s.n), kappa = Vector3::Map(s.kappa), v = Vector3::Map(s.v);
-    const Vector3 m_rate = m.cross(kappa) + n.cross(v), n_rate = n.cross(kappa) - chart.h * weightInBody();  // eq. (2)
+    const Vector3 m = Vector3::Map(s.m), n = Vector3::Map(s.n), kappa = Vector3::Map(s.kappa),
+                  v = Vector3::Map(s.v);
+    const Vector3 m_rate = m.cross(kappa) + n.cross(v),
+                  n_rate = n.cross(kappa) - chart.h * weightInBody();  // eq. (2)
     const Vector3 kappa_rate = Vector3::Map(chart.cm).cwiseProduct(m_rate);
     const Vector3 v_rate = Vector3::Map(chart.cn).cwiseProduct(n_rate);
     const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> r(s.r);
     // Q'' = (Q' kappa + Q kappa') / 2 with kappa as a pure quaternion
     const Frame rate = first();
     const Quaternion q(y[3], y[0], y[1], y[2]), dq(rate[3], rate[0], rate[1], rate[2]);
-    const Quaternion k(0, kappa.x(), kappa.y(), kappa.z()), dk(0, kappa_rate.x(), kappa_rate.y(), kappa_rate.z());
+    const Quaternion k(0, kappa.x(), kappa.y(), kappa.z()),
+        dk(0, kappa_rate.x(), kappa_rate.y(), kappa_rate.z());
     Frame out;
     out << 0.5 * ((dq * k).coeffs() + (q * dk).coeffs()), r * (kappa.cross(v) + v_rate);
     return out;
   }
 };
 
-/// The quintic through value, first and second derivative (times h, h^2) at both ends of a step, at theta in (0, 1).
+/// The quintic through value, first and second derivative (times h, h^2) at both ends of a step, at theta in
+/// (0, 1).
 Station::Frame quintic(const Station& from, const Station& to, double theta) {
   const double t = theta, t2 = t * t, t3 = t2 * t, u = 1 - t;
   const double a1 = t3 * (10 - 15 * t + 6 * t2), a0 = 1 - a1;
@@ -83,8 +89,8 @@ Station::Frame quintic(const Station& from, const Station& to, double theta) {
          c1 * to.second();
 }
 
-/// J(1) = Ad_q^-1 K(1), by da in the first node's own axes: `turned` is the end's frame in base axes, `to_base_axes` the first
-/// node's rotation.
+/// J(1) = Ad_q^-1 K(1), by da in the first node's own axes: `turned` is the end's frame in base axes,
+/// `to_base_axes` the first node's rotation.
 Matrix6 jacobianFrom(const Matrix6& k, const Pose& turned, const Quaternion& to_base_axes) {
   const Matrix3 r = to_base_axes.toRotationMatrix(), back = turned.rotation.toRotationMatrix().transpose();
   Matrix6 j;
@@ -100,7 +106,9 @@ Pose poseOf(const double* y) { return {Quaternion(y[3], y[0], y[1], y[2]), Vecto
 }  // namespace
 
 EquilibriumEnd toSi(const NaturalEnd& end, const Units& units) {
-  EquilibriumEnd out{{end.end.rotation, units.length * end.end.position}, units.energy * end.energy, end.jacobian,
+  EquilibriumEnd out{{end.end.rotation, units.length * end.end.position},
+                     units.energy * end.energy,
+                     end.jacobian,
                      end.stable};
   out.jacobian.bottomRows<3>() *= units.length;
   out.jacobian.leftCols<3>() /= units.moment;
@@ -108,24 +116,29 @@ EquilibriumEnd toSi(const NaturalEnd& end, const Units& units) {
   return out;
 }
 
-void Integrator::begin(const Vector6& a, const Vector3& weight, int accuracy) {
+void Integrator::begin(const Vector6& a, const Vector3& weight, const Accuracy& accuracy) {
   steps_ = rod_.stepCount(a, accuracy);
   single_.heavy = rod_.heavy();
   for (int i = 0; i < 6; ++i) single_.compliance[i] = rod_.kernel.compliance[i];
   if (single_.heavy) {
     from_base_axes_ = Quaternion::Identity();
     for (int i = 0; i < 3; ++i)
-      single_.moment[i] = a[i], single_.force[i] = a[3 + i], single_.weight[i] = weight[i], single_.rotation[i] = 0;
+      single_.moment[i] = a[i], single_.force[i] = a[3 + i], single_.weight[i] = weight[i],
+      single_.rotation[i] = 0;
     single_.rotation[3] = 1;
   } else {
     const AlignedWrench turned = aligned(rod_, a, steps_);
-    for (int i = 0; i < 3; ++i) single_.moment[i] = turned.moment[i], single_.force[i] = 0, single_.weight[i] = 0;
+    for (int i = 0; i < 3; ++i)
+      single_.moment[i] = turned.moment[i], single_.force[i] = 0, single_.weight[i] = 0;
     single_.force[2] = turned.force;
     for (int i = 0; i < 4; ++i) single_.rotation[i] = turned.rotation[i];
-    from_base_axes_ = Quaternion(turned.rotation[3], turned.rotation[0], turned.rotation[1], turned.rotation[2]).conjugate();
+    from_base_axes_ =
+        Quaternion(turned.rotation[3], turned.rotation[0], turned.rotation[1], turned.rotation[2])
+            .conjugate();
   }
   const Vector3 m = Vector3::Map(single_.moment), n = Vector3::Map(single_.force);
-  bracket_ << skew(m), skew(n), skew(n), Matrix3::Zero();  // ad_eta^T a = (m x w + n x v; n x w) for eta = (w; v)
+  bracket_ << skew(m), skew(n), skew(n),
+      Matrix3::Zero();  // ad_eta^T a = (m x w + n x v; n x w) for eta = (w; v)
   states_.resize(static_cast<std::size_t>(steps_) + 1);
   states_[0].fill(0);
   std::copy_n(single_.rotation, 4, states_[0].begin());
@@ -155,17 +168,20 @@ bool Integrator::inverted() const {
     const auto k = static_cast<std::size_t>(i);
     const Station from(single_, states_[k].data(), i * h, h, kappa0(i));
     const Station to(single_, states_[k + 1].data(), (i + 1) * h, h, kappa0(i));
-    if (!(smallestOfCubic(from.stretch(), from.stretchRate(), to.stretch(), to.stretchRate()) > kSmallestStretch))
+    if (!(smallestOfCubic(from.stretch(), from.stretchRate(), to.stretch(), to.stretchRate()) >
+          kSmallestStretch))
       return true;
   }
   return false;
 }
 
-ChartStatus Integrator::integrate(const Vector6& a, const Vector3& weight, int accuracy, Verdict* verdict) {
-  if (1 + a[3] * rod_.kernel.compliance[3] <= kSmallestStretch) return ChartStatus::inverted;  // where it is held
+ChartStatus Integrator::integrate(const Vector6& a, const Vector3& weight, const Accuracy& accuracy,
+                                  Verdict* verdict) {
+  if (1 + a[3] * rod_.kernel.compliance[3] <= kSmallestStretch)
+    return ChartStatus::inverted;  // where it is held
   begin(a, weight, accuracy);
   if (verdict) {
-    walkThroughConjugatePoints(*verdict);
+    walkThroughConjugatePoints(*verdict, false);
   } else {
     const double h = 1.0 / steps_;
     State state = states_[0];
@@ -180,14 +196,16 @@ ChartStatus Integrator::integrate(const Vector6& a, const Vector3& weight, int a
   return ChartStatus::equilibrium;
 }
 
-void Integrator::walkThroughConjugatePoints(Verdict& verdict) {
+/// `stop`: as soon as the rod is found unstable, with neither count nor time.
+void Integrator::walkThroughConjugatePoints(Verdict& verdict, bool stop) {
   const double h = 1.0 / steps_;
   verdict = {};
   k_.setZero(), l_.setIdentity();
   ConjugatePoints points;
   State state = states_[0];
   for (int step = 0; step < steps_; step += kStepsPerSegment) {
-    const Segment x = segment(state, step * h, h, kStepsPerSegment, step, &states_[static_cast<std::size_t>(step)]);
+    const Segment x =
+        segment(state, step * h, h, kStepsPerSegment, step, &states_[static_cast<std::size_t>(step)]);
     x.advance(k_, l_);
     if (step == 0) {
       points.start(x);
@@ -202,6 +220,7 @@ void Integrator::walkThroughConjugatePoints(Verdict& verdict) {
     if (inside > 0) {
       verdict.conjugate_points += inside;
       verdict.stability = Stability::unstable;
+      if (stop) return;
     } else if (verdict.conjugate_points == 0 && last && times[0] <= kMarginalTime) {
       verdict.stability = Stability::marginal;
       verdict.first_conjugate_t = std::min(1.0, 1.0 + times[0]);
@@ -213,8 +232,8 @@ void Integrator::walkThroughConjugatePoints(Verdict& verdict) {
   if (verdict.stability == Stability::unstable) verdict.first_conjugate_t = firstConjugateTime();
 }
 
-/// Walks again in shorter steps, so that the time is far more exact than the verdict needs, up to the segment that is not free,
-/// and bisects it. At most 1.
+/// Walks again in shorter steps, so that the time is far more exact than the verdict needs, up to the segment
+/// that is not free, and bisects it. At most 1.
 double Integrator::firstConjugateTime() const {
   const double length = static_cast<double>(kStepsPerSegment) / (kLocatingFactor * steps_);
   const double h = length / kStepsPerSegment;
@@ -267,7 +286,8 @@ double Integrator::weightEnergy() const {
 
 void Integrator::fromKernel(const AlignedWrench& wrench, const JointEnd& joint, NaturalEnd& out) {
   using RowMatrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
-  const Pose turned{Quaternion(Eigen::Map<const Quaternion>(joint.path.rotation)), Vector3::Map(joint.path.position)};
+  const Pose turned{Quaternion(Eigen::Map<const Quaternion>(joint.path.rotation)),
+                    Vector3::Map(joint.path.position)};
   const Quaternion to_base_axes(Eigen::Map<const Quaternion>(wrench.rotation));
   out.end = Pose{to_base_axes.conjugate(), Vector3::Zero()} * turned;
   out.energy = joint.path.energy;
@@ -276,21 +296,20 @@ void Integrator::fromKernel(const AlignedWrench& wrench, const JointEnd& joint, 
   out.stable = joint.screening == Screening::stable;
 }
 
-ChartStatus Integrator::end(const Vector6& a, const Vector3& weight, int accuracy, NaturalEnd& out) {
-  if (rod_.uniformAndWeightless() && rod_.leastStretch(a) > kSmallestStretch) {
+ChartStatus Integrator::end(const Vector6& a, const Vector3& weight, const Accuracy& accuracy,
+                            NaturalEnd& out) {
+  if (canScreen(a)) {
     const AlignedWrench wrench = aligned(rod_, a, rod_.stepCount(a, accuracy));
     JointEnd joint;
-    kernel().joint(rod_.kernel, wrench, false, joint);
+    kernel().joint(rod_.kernel, wrench, accuracy.margin, false, joint);
     fromKernel(wrench, joint, out);
-    if (joint.screening == Screening::unsure) {
-      Verdict verdict;
-      out.stable = integrate(a, weight, kFine, &verdict) == ChartStatus::equilibrium &&
-                   verdict.stability == Stability::stable;
-    }
+    if (joint.screening == Screening::unsure) out.stable = isStableAtSecondLook(a, weight);
     return ChartStatus::equilibrium;
   }
   Verdict verdict;
-  if (integrate(a, weight, std::max(accuracy, kFine), &verdict) == ChartStatus::inverted) return ChartStatus::inverted;
+  if (integrate(a, weight, accuracy.steps < kFine.steps ? kFine : accuracy, &verdict) ==
+      ChartStatus::inverted)
+    return ChartStatus::inverted;
   out.stable = verdict.stability == Stability::stable;
   out.end = node(1, 1);
   out.energy = energy();
@@ -300,13 +319,26 @@ ChartStatus Integrator::end(const Vector6& a, const Vector3& weight, int accurac
 }
 
 bool Integrator::isStable(const Vector6& a, const Vector3& weight) {
-  if (rod_.uniformAndWeightless() && rod_.leastStretch(a) > kSmallestStretch) {
+  if (canScreen(a)) {
     JointEnd joint;
-    kernel().joint(rod_.kernel, aligned(rod_, a, rod_.stepCount(a, kQuick)), true, joint);
+    kernel().joint(rod_.kernel, aligned(rod_, a, rod_.stepCount(a, kScreening)), kScreening.margin, true,
+                   joint);
     if (joint.screening != Screening::unsure) return joint.screening == Screening::stable;
   }
+  return isStableAtSecondLook(a, weight);
+}
+
+bool Integrator::isStableAtSecondLook(const Vector6& a, const Vector3& weight) {
+  if (1 + a[3] * rod_.kernel.compliance[3] <= kSmallestStretch) return false;
+  if (canScreen(a)) {
+    JointEnd joint;
+    kernel().joint(rod_.kernel, aligned(rod_, a, rod_.stepCount(a, kFine)), kSecondLookMargin, true, joint);
+    if (joint.screening != Screening::unsure) return joint.screening == Screening::stable;
+  }
+  begin(a, weight, kFine);
   Verdict verdict;
-  return integrate(a, weight, kFine, &verdict) == ChartStatus::equilibrium && verdict.stability == Stability::stable;
+  walkThroughConjugatePoints(verdict, true);
+  return verdict.stability == Stability::stable && !(rod_.leastStretch(a) <= kSmallestStretch && inverted());
 }
 
 }  // namespace tendril::statics

@@ -12,7 +12,8 @@ namespace tendril::statics {
 
 inline constexpr double kSmallestStretch = 0.05;  // 1 + u4 at or below this is no rod
 
-/// The end of a rod seen from its base: frame, energies and J(1) = dq(1)/da in the end's body frame, in the rod's own units.
+/// The end of a rod seen from its base: frame, energies and J(1) = dq(1)/da in the end's body frame, in the
+/// rod's own units.
 struct NaturalEnd {
   Pose end;
   double energy = 0, weight_energy = 0;
@@ -34,17 +35,26 @@ class Integrator {
   explicit Integrator(NaturalRod rod) : rod_(std::move(rod)) {}
   [[nodiscard]] const NaturalRod& rod() const { return rod_; }
 
-  /// Integrates the shape, and with `verdict` the conjugate points too; frame(t) and the energies are those of this rod then.
-  [[nodiscard]] ChartStatus integrate(const Vector6& a, const Vector3& weight, int accuracy, Verdict* verdict);
+  /// Integrates the shape, and with `verdict` the conjugate points too; frame(t) and the energies are those
+  /// of this rod then.
+  [[nodiscard]] ChartStatus integrate(const Vector6& a, const Vector3& weight, const Accuracy& accuracy,
+                                      Verdict* verdict);
   /// The frame at node `i` of `elements`, relative to the base, of the rod integrated last.
   [[nodiscard]] Pose node(int i, int elements) const;
   [[nodiscard]] double energy() const { return states_.back()[kEnergy]; }
   [[nodiscard]] double weightEnergy() const;
 
   /// The end with its Jacobian and whether the rod is stable.
-  [[nodiscard]] ChartStatus end(const Vector6& a, const Vector3& weight, int accuracy, NaturalEnd& out);
-  /// Whether the rod is a stable one, neither marginal nor inverted; the wrench may be any that is finite.
+  [[nodiscard]] ChartStatus end(const Vector6& a, const Vector3& weight, const Accuracy& accuracy,
+                                NaturalEnd& out);
+  /// Whether the rod is a stable one, neither marginal nor inverted.
   [[nodiscard]] bool isStable(const Vector6& a, const Vector3& weight);
+  /// The same by the fine walk at once, for rods that screening is unsure of.
+  [[nodiscard]] bool isStableAtSecondLook(const Vector6& a, const Vector3& weight);
+  /// Whether the kernels that screen can work on this rod: uniform, weightless and far from inverted.
+  [[nodiscard]] bool canScreen(const Vector6& a) const {
+    return rod_.uniformAndWeightless() && rod_.leastStretch(a) > kSmallestStretch;
+  }
 
   /// From a kernel's end of a rod, as it is for an aligned wrench.
   static void fromKernel(const AlignedWrench& wrench, const JointEnd& joint, NaturalEnd& out);
@@ -52,11 +62,12 @@ class Integrator {
  private:
   using State = std::array<double, kState>;
 
-  void begin(const Vector6& a, const Vector3& weight, int accuracy);
+  void begin(const Vector6& a, const Vector3& weight, const Accuracy& accuracy);
   [[nodiscard]] const double* kappa0(int step) const;
   [[nodiscard]] bool inverted() const;
-  [[nodiscard]] Segment segment(State& state, double start, double h, int count, int step, State* record) const;
-  void walkThroughConjugatePoints(Verdict& verdict);
+  [[nodiscard]] Segment segment(State& state, double start, double h, int count, int step,
+                                State* record) const;
+  void walkThroughConjugatePoints(Verdict& verdict, bool stop);
   [[nodiscard]] double firstConjugateTime() const;
   [[nodiscard]] Matrix6 complianceAt(const State& state) const;
 

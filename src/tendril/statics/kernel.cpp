@@ -19,7 +19,8 @@ std::span<const Kernel* const> availableKernels() {
     std::vector<const Kernel*> list = {&portableKernel()};
 #ifdef TENDRIL_X86_KERNELS
     if (__builtin_cpu_supports("avx2")) list.push_back(&avx2Kernel());
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+        __builtin_cpu_supports("avx512vl"))
       list.push_back(&avx512Kernel());
 #endif
     return list;
@@ -33,7 +34,8 @@ const Kernel& kernel() {
     if (!wanted) return *availableKernels().back();
     for (const Kernel* k : availableKernels())
       if (std::string(wanted) == k->name) return *k;
-    throw InputError(std::string("TENDRIL_KERNEL is \"") + wanted + "\", which is none of the kernels this machine can run; unset it");
+    throw InputError(std::string("TENDRIL_KERNEL is \"") + wanted +
+                     "\", which is none of the kernels this machine can run; unset it");
   }();
   return chosen;
 }

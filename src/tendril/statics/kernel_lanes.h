@@ -1,4 +1,5 @@
-/// The kernels, for any number of lanes. Included by one file for each instruction set. Private to the statics.
+/// The kernels, for any number of lanes. Included by one file for each instruction set. Private to the
+/// statics.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +12,8 @@
 namespace tendril::statics {
 namespace {
 
-[[nodiscard]] inline Screening screeningOf(bool unstable_before, double left, double right) {
-  if (unstable_before || !(right > 0)) return Screening::unstable;
+[[nodiscard]] inline Screening screeningOf(double left, double right) {
+  if (!(right > 0)) return Screening::unstable;
   return left > 0 ? Screening::stable : Screening::unsure;
 }
 
@@ -56,7 +57,7 @@ struct LanesOfRods {
 
 /// The last two numbers of the path move nothing else: they are summed up, not integrated with the rest.
 template <class T>
-TENDRIL_INLINE void pathStep(LanesOfRods<T>& rods) {
+[[gnu::noinline]] void pathStep(LanesOfRods<T>& rods) {
   Rates<T, 6> k;
   T z[6];
   Section<T> s;
@@ -82,7 +83,8 @@ void paths(const KernelRod& properties, std::span<const AlignedWrench> wrenches,
   LanesOfRods<T> rods;
   std::size_t next = 0;
   int live = 0;
-  for (int l = 0; l < N && next < wrenches.size(); ++l, ++next, ++live) rods.load(l, properties, wrenches[next], next);
+  for (int l = 0; l < N && next < wrenches.size(); ++l, ++next, ++live)
+    rods.load(l, properties, wrenches[next], next);
   while (live > 0) {
     pathStep(rods);
     for (int l = 0; l < N; ++l) {
@@ -96,42 +98,50 @@ void paths(const KernelRod& properties, std::span<const AlignedWrench> wrenches,
   }
 }
 
-/// One step of the path and of the columns of J, jac[6 column + row]; all seven numbers of the frame are wanted at the stages.
+/// One step of the path and of the columns of J, jac[6 column + row]; all seven numbers of the frame are
+/// wanted at the stages.
 template <class T>
-TENDRIL_INLINE void jointStep(LanesOfRods<T>& rods, T* jac) {
+[[gnu::noinline]] void jointStep(LanesOfRods<T>& rods, T* jac) {
   Rates<T, 7> k;
-  Rates<T, 36> kj;
-  T z[7], zj[36];
+  Rates<T, 6> kj[6];
+  T z[7];
   Section<T> s;
   Transport<T> a;
   T sum = rods.y[7];
+  const LightChart<T>& chart = rods.chart;
   forEach<kStages>([&]<int S>() __attribute__((always_inline)) {
     stageState<S>(rods.y, k, z);
-    stageState<S>(jac, kj, zj);
-    sectionAt(rods.chart, z, s);
+    sectionAt(chart, z, s);
     rotationRate(z, s, k[S]);
 #pragma GCC unroll 3
     for (int i = 0; i < 3; ++i) k[S][4 + i] = positionRate(s, i);
-    if constexpr (kA[kStages][S] != 0) sum = sum + kA[kStages][S] * restWork(rods.chart, s);
-    transportAt(rods.chart, s, a);
-    // h C^-1 Ad_q^T, column by column: unit moments, then unit forces, along the base axes
+    if constexpr (kA[kStages][S] != 0) sum = sum + kA[kStages][S] * restWork(chart, s);
+    transportAt(chart, s, a);
+    // + h C^-1 Ad_q^T, column by column: a unit moment and a unit force along each base axis
     const T* p = z + 4;
 #pragma GCC unroll 3
     for (int b = 0; b < 3; ++b) {
-      T *of_moment = kj[S] + 6 * b, *of_force = kj[S] + 6 * (3 + b);
-      transported(a, zj + 6 * b, of_moment);
-      transported(a, zj + 6 * (3 + b), of_force);
       const int c = (b + 1) % 3, d = (b + 2) % 3;
+      T eta[6], rate[6];
+      stageState<S>(jac + 6 * b, kj[b], eta);
+      transported(a, eta, rate);
 #pragma GCC unroll 3
       for (int i = 0; i < 3; ++i) {
-        of_moment[i] = of_moment[i] + rods.chart.cm[i] * s.r[3 * b + i];
-        of_force[i] = of_force[i] + rods.chart.cm[i] * (p[c] * s.r[3 * d + i] - p[d] * s.r[3 * c + i]);
-        of_force[3 + i] = of_force[3 + i] + rods.chart.cn[i] * s.r[3 * b + i];
+        kj[b][S][i] = rate[i] + chart.cm[i] * s.r[3 * b + i];
+        kj[b][S][3 + i] = rate[3 + i];
+      }
+      stageState<S>(jac + 6 * (3 + b), kj[3 + b], eta);
+      transported(a, eta, rate);
+#pragma GCC unroll 3
+      for (int i = 0; i < 3; ++i) {
+        kj[3 + b][S][i] = rate[i] + chart.cm[i] * (p[c] * s.r[3 * d + i] - p[d] * s.r[3 * c + i]);
+        kj[3 + b][S][3 + i] = rate[3 + i] + chart.cn[i] * s.r[3 * b + i];
       }
     }
   });
   stageState<kStages>(rods.y, k, rods.y);
-  stageState<kStages>(jac, kj, jac);
+#pragma GCC unroll 6
+  for (int b = 0; b < 6; ++b) stageState<kStages>(jac + 6 * b, kj[b], jac + 6 * b);
   rods.y[7] = sum;
   renormalise(rods.y);
 }
@@ -156,13 +166,13 @@ TENDRIL_INLINE void inBaseAxes(const T* r, const T* p, const T* jac, T* x) {
   }
 }
 
-/// What is known of a rod between two segments: K and Y (README.md, 5), and the smallest pivot met so far.
+/// What is known of a rod between two segments: K and Y (README.md, 5), and of the last segment passed.
 template <class T>
 struct Walk {
   T k[36], y[36];
-  T smallest_pivot;
-  T started;      // 1 after the first segment, else 0
-  T left, right;  // smallest pivots of P - margin S and of P + margin S at the end of the last segment
+  T p[36];           // P of the last segment
+  T smallest_pivot;  // of P
+  T started;         // 1 after the first segment, else 0
 };
 
 /// h S = Ad_q (h C^-1) Ad_q^T.
@@ -179,7 +189,8 @@ TENDRIL_INLINE void complianceInBaseAxes(const C& chart, const T* r, const T* p,
     }
   T pm[9];  // p^ mm
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) pm[3 * i + j] = p[(i + 1) % 3] * mm[3 * ((i + 2) % 3) + j] - p[(i + 2) % 3] * mm[3 * ((i + 1) % 3) + j];
+    for (int j = 0; j < 3; ++j)
+      pm[3 * i + j] = p[(i + 1) % 3] * mm[3 * ((i + 2) % 3) + j] - p[(i + 2) % 3] * mm[3 * ((i + 1) % 3) + j];
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
       const int k = (j + 1) % 3, l = (j + 2) % 3;
@@ -189,9 +200,9 @@ TENDRIL_INLINE void complianceInBaseAxes(const C& chart, const T* r, const T* p,
     }
 }
 
-/// Passes the segment with matrix x that ends at the frame y of the chart.
+/// Passes the segment with matrix x.
 template <class T, class C>
-TENDRIL_INLINE void passSegment(const C& chart, const T* y, const T* x, Walk<T>& walk) {
+[[gnu::noinline]] void passSegment(const C& chart, const T* x, Walk<T>& walk) {
   // K <- K + X + X B K with B = [m^ n^; n^ 0] and n = (0, 0, force)
   T bk[36];
 #pragma GCC unroll 6
@@ -204,7 +215,6 @@ TENDRIL_INLINE void passSegment(const C& chart, const T* y, const T* x, Walk<T>&
     bk[18 + c] = -(f * w[6]);
     bk[24 + c] = f * w[0];
     bk[30 + c] = broadcast<T>(0);
-    bk[6 * c + c] = bk[6 * c + c];
   }
 #pragma GCC unroll 6
   for (int i = 0; i < 6; ++i) bk[7 * i] = bk[7 * i] + 1.0;
@@ -218,30 +228,41 @@ TENDRIL_INLINE void passSegment(const C& chart, const T* y, const T* x, Walk<T>&
       walk.k[6 * i + j] = sum;
     }
 
-  T p[36], s[36], factored[36], inverse[36];
-  congruentOfD(walk.y, x, p);
-  Section<T> section;
-  sectionAt(chart, y, section);
-  complianceInBaseAxes(chart, section.r, y + 4, s);
-  const T margin = kScreeningMargin / larger(chart.h, broadcast<T>(1e-300));
+  T factored[36], inverse[36];
+  congruentOfD(walk.y, x, walk.p);
 #pragma GCC unroll 36
-  for (int i = 0; i < 36; ++i) factored[i] = p[i] - margin * s[i];
-  walk.left = factorise(factored);
-#pragma GCC unroll 36
-  for (int i = 0; i < 36; ++i) factored[i] = p[i] + margin * s[i];
-  walk.right = factorise(factored);
-#pragma GCC unroll 36
-  for (int i = 0; i < 36; ++i) factored[i] = p[i];
-  walk.smallest_pivot = factorise(factored);
+  for (int i = 0; i < 36; ++i) factored[i] = walk.p[i];
+  const T pivot = factorise(factored);
   invertFactorised(factored, inverse);
   symmetricInverse(x, walk.y);
 #pragma GCC unroll 36
-  for (int i = 0; i < 36; ++i) walk.y[i] = walk.y[i] - walk.started * inverse[i];
+  for (int i = 0; i < 36; ++i) walk.y[i] = walk.started > 0 ? walk.y[i] - inverse[i] : walk.y[i];
+  walk.smallest_pivot =
+      walk.started > 0 ? pivot : broadcast<T>(1);  // the first segment has no conjugate point
   walk.started = broadcast<T>(1);
 }
 
+/// The smallest pivots of P - margin S and of P + margin S at the end of the last segment: the eigenvalues of
+/// the pencil (P, S) are to first order the times from there to the conjugate points (README.md, 7).
+template <class T, class C>
+[[gnu::noinline]] void marginsAtEnd(const C& chart, const T* y, double margin, const Walk<T>& walk, T& left,
+                                    T& right) {
+  T s[36], factored[36];
+  Section<T> section;
+  sectionAt(chart, y, section);
+  complianceInBaseAxes(chart, section.r, y + 4, s);
+  const T scale = margin / larger(chart.h, broadcast<T>(1e-300));
+#pragma GCC unroll 36
+  for (int i = 0; i < 36; ++i) factored[i] = walk.p[i] - scale * s[i];
+  left = factorise(factored);
+#pragma GCC unroll 36
+  for (int i = 0; i < 36; ++i) factored[i] = walk.p[i] + scale * s[i];
+  right = factorise(factored);
+}
+
 template <int N>
-void joints(const KernelRod& properties, std::span<const AlignedWrench> wrenches, bool stop, JointEnd* ends) {
+void joints(const KernelRod& properties, std::span<const AlignedWrench> wrenches, double margin, bool stop,
+            JointEnd* ends) {
   using T = Lanes<N>;
   LanesOfRods<T> rods;
   Walk<T> walk;
@@ -264,7 +285,10 @@ void joints(const KernelRod& properties, std::span<const AlignedWrench> wrenches
     Section<T> section;
     sectionAt(rods.chart, rods.y, section);
     inBaseAxes(section.r, rods.y + 4, jac, x);
-    passSegment(rods.chart, rods.y, x, walk);
+    passSegment(rods.chart, x, walk);
+    T left, right;
+    if (std::any_of(rods.left, rods.left + N, [](int n) { return n == kStepsPerSegment; }))
+      marginsAtEnd(rods.chart, rods.y, margin, walk, left, right);
     for (int l = 0; l < N; ++l) {
       if (rods.left[l] == 0) continue;
       rods.left[l] -= kStepsPerSegment;
@@ -275,7 +299,7 @@ void joints(const KernelRod& properties, std::span<const AlignedWrench> wrenches
       JointEnd& end = ends[rods.rod[l]];
       rods.store(l, end.path);
       for (int i = 0; i < 36; ++i) end.k[i] = lanes(walk.k[i])[l];
-      end.screening = screeningOf(unstable[l], lanes(walk.left)[l], lanes(walk.right)[l]);
+      end.screening = unstable[l] ? Screening::unstable : screeningOf(lanes(left)[l], lanes(right)[l]);
       rods.left[l] = 0;
       if (next < wrenches.size())
         load(l);
@@ -289,15 +313,16 @@ void joints(const KernelRod& properties, std::span<const AlignedWrench> wrenches
 
 /// One rod, light or heavy: which numbers are integrated together, and the force at a place along it.
 struct Light {
-  static constexpr int kCoupled = 7, kMoments = 0, kColumns = 8;  // x y z w | position; columns of X, two lanes idle
+  static constexpr int kCoupled = 7, kMoments = 0, kSolutions = 1;  // x y z w | position; X
   LightChart<double> chart;
   TENDRIL_INLINE void setForce(const SingleRod& rod, double) { chart.force = rod.force[2]; }
 };
 struct Heavy {
-  static constexpr int kCoupled = 10, kMoments = 3, kColumns = 16;  // ... | P; columns of X, then, from lane 8, of U
+  static constexpr int kCoupled = 10, kMoments = 3, kSolutions = 2;  // x y z w | position | P; X, then U
   HeavyChart<double> chart;
   TENDRIL_INLINE void setForce(const SingleRod& rod, double t) {
-    for (int i = 0; i < 3; ++i) chart.weight[i] = rod.weight[i], chart.force[i] = rod.force[i] - t * rod.weight[i];
+    for (int i = 0; i < 3; ++i)
+      chart.weight[i] = rod.weight[i], chart.force[i] = rod.force[i] - t * rod.weight[i];
   }
 };
 template <class M>
@@ -344,126 +369,153 @@ void singlePath(const SingleRod& rod, const Steps& steps, double* y, double (*re
   }
 }
 
-/// J and L row by row, their columns in the lanes, at the start of a segment: X = 0, L = 1; for a heavy rod, from lane 8, also
-/// U = 1, L = 0, with J = Ad_q^-1 U.
-template <class M, class W>
-TENDRIL_INLINE void startColumns(const M& model, const double* y, W* jac, W* l) {
-  for (int i = 0; i < 6; ++i) {
-    jac[i] = broadcast<W>(0), l[i] = broadcast<W>(0);
-    lanes(l[i])[i] = 1;
-  }
+/// Some columns of J and L of one solution, row by row: as many as there are lanes.
+template <class W>
+struct Columns {
+  W jac[6], l[6];
+};
+template <int N>
+inline constexpr int kBlocks = (6 + N - 1) / N;  // of N columns
+
+/// At the start of a segment X = 0, Lx = 1; for a heavy rod also U = 1, Lu = 0, with J = Ad_q^-1 U.
+template <class M, int N>
+TENDRIL_INLINE void startColumns(const M& model, const double* y, Columns<Lanes<N>>* columns) {
+  std::memset(columns, 0, M::kSolutions * kBlocks<N> * sizeof *columns);
+  for (int c = 0; c < 6; ++c) lanes(columns[c / N].l[c])[c % N] = 1;
   if constexpr (M::kMoments > 0) {
     Section<double> s;
     sectionAt(model.chart, y, s);
     const double* p = y + 4;
+    const auto jac = [&](int row, int c) -> double& {
+      return lanes(columns[kBlocks<N> + c / N].jac[row])[c % N];
+    };
     for (int i = 0; i < 3; ++i)
       for (int b = 0; b < 3; ++b) {  // Ad_q^-1 = [R^T 0; -R^T p^, R^T]
         const int c = (b + 1) % 3, d = (b + 2) % 3;
-        lanes(jac[i])[8 + b] = s.r[3 * b + i];
-        lanes(jac[3 + i])[8 + b] = s.r[3 * d + i] * p[c] - s.r[3 * c + i] * p[d];
-        lanes(jac[3 + i])[8 + 3 + b] = s.r[3 * b + i];
+        jac(i, b) = jac(3 + i, 3 + b) = s.r[3 * b + i];
+        jac(3 + i, b) = s.r[3 * d + i] * p[c] - s.r[3 * c + i] * p[d];
       }
   }
 }
 
-/// Walks along one segment of one rod.
-template <class M>
-TENDRIL_INLINE void walkColumns(M& model, const SingleRod& rod, const Steps& steps, double* y, double (*record)[kState],
-                                Lanes<M::kColumns>* jac, Lanes<M::kColumns>* l) {
-  using W = Lanes<M::kColumns>;
-  constexpr int kN = M::kCoupled, kRows = 6 + M::kMoments;
-  W state[kRows];  // J, and the moment rows of L where they change
-  for (int i = 0; i < 6; ++i) state[i] = jac[i];
-  if constexpr (M::kMoments > 0)
-    for (int i = 0; i < 3; ++i) state[6 + i] = l[i];
-  for (int step = 0; step < steps.count; ++step) {
-    if (record) std::copy_n(y, kState, record[step]);
-    Rates<double, kN> k;
-    Rates<W, kRows> kj;
-    double z[kN], energy = y[kEnergy];
-    W zj[kRows];
-    Section<double> s;
-    Transport<double> a;
-    forEach<kStages>([&]<int S>() __attribute__((always_inline)) {
-      stageState<S>(y, k, z);
-      stageState<S>(state, kj, zj);
-      model.setForce(rod, steps.start + (step + kNode[S]) * steps.h);
-      energy += kA[kStages][S] * singleRate(model, z, s, k[S]);
-      transportAt(model.chart, s, a);
-      W* rate = kj[S];
-      transported(a, zj, rate);
-      // + h C^-1 Ad_q^T L
-      const W* moment = M::kMoments > 0 ? zj + 6 : l;
-      const double* p = z + 4;
-      W t[3];
+/// eta' = h (C^-1 B(mu) - ad_xi) eta + h C^-1 Ad_q^T L, and L_m' = w x (R eta_l) for a heavy rod, for columns
+/// in lanes.
+template <class M, class W>
+TENDRIL_INLINE void columnRate(const M& model, const Transport<double>& a, const Section<double>& s,
+                               const double* p, const W* eta, const W* l, W* rate) {
+  transported(a, eta, rate);
+  const W* moment = M::kMoments > 0 ? eta + 6 : l;
+  W t[3];
 #pragma GCC unroll 3
-      for (int i = 0; i < 3; ++i) {
-        const int c = (i + 1) % 3, d = (i + 2) % 3;
-        t[i] = moment[i] - (p[c] * l[3 + d] - p[d] * l[3 + c]);
-      }
+  for (int i = 0; i < 3; ++i) {
+    const int c = (i + 1) % 3, d = (i + 2) % 3;
+    t[i] = moment[i] - (p[c] * l[3 + d] - p[d] * l[3 + c]);
+  }
 #pragma GCC unroll 3
-      for (int i = 0; i < 3; ++i) {
-        rate[i] = rate[i] + model.chart.cm[i] * (s.r[i] * t[0] + s.r[3 + i] * t[1] + s.r[6 + i] * t[2]);
-        rate[3 + i] = rate[3 + i] + model.chart.cn[i] * (s.r[i] * l[3] + s.r[3 + i] * l[4] + s.r[6 + i] * l[5]);
-      }
-      if constexpr (M::kMoments > 0) {
-        // L_m' = w x dp, dp = R eta_l
-        const double* w = model.chart.weight;
-        W dp[3];
-        for (int i = 0; i < 3; ++i)
-          dp[i] = model.chart.h * (s.r[3 * i] * zj[3] + s.r[3 * i + 1] * zj[4] + s.r[3 * i + 2] * zj[5]);
-        for (int i = 0; i < 3; ++i) {
-          const int c = (i + 1) % 3, d = (i + 2) % 3;
-          rate[6 + i] = w[c] * dp[d] - w[d] * dp[c];
-        }
-      }
-    });
-    stageState<kStages>(y, k, y);
-    stageState<kStages>(state, kj, state);
-    y[kEnergy] = energy;
-    renormalise(y);
-  }
-  for (int i = 0; i < 6; ++i) jac[i] = state[i];
-  if constexpr (M::kMoments > 0)
-    for (int i = 0; i < 3; ++i) l[i] = state[6 + i];
-}
-
-/// Ad_q times the columns of J that begin at `lane`, row by row.
-template <class W>
-TENDRIL_INLINE void columnsInBaseAxes(const double* r, const double* p, const W* jac, int lane, double* out) {
-  W w[3], l[3];
   for (int i = 0; i < 3; ++i) {
-    w[i] = r[3 * i] * jac[0] + r[3 * i + 1] * jac[1] + r[3 * i + 2] * jac[2];
-    l[i] = r[3 * i] * jac[3] + r[3 * i + 1] * jac[4] + r[3 * i + 2] * jac[5];
+    rate[i] = rate[i] + model.chart.cm[i] * (s.r[i] * t[0] + s.r[3 + i] * t[1] + s.r[6 + i] * t[2]);
+    rate[3 + i] = rate[3 + i] + model.chart.cn[i] * (s.r[i] * l[3] + s.r[3 + i] * l[4] + s.r[6 + i] * l[5]);
   }
-  for (int i = 0; i < 3; ++i) {
-    const int j = (i + 1) % 3, k = (i + 2) % 3;
-    l[i] = l[i] + p[j] * w[k] - p[k] * w[j];
-    std::copy_n(lanes(w[i]) + lane, 6, out + 6 * i);
-  }
-  for (int i = 0; i < 3; ++i) std::copy_n(lanes(l[i]) + lane, 6, out + 6 * (3 + i));
-}
-
-template <class M>
-void singleSegment(const SingleRod& rod, const Steps& steps, double* y, double (*record)[kState], SegmentMatrices& out) {
-  M model = modelOf<M>(rod, steps);
-  Lanes<M::kColumns> jac[6], l[6];
-  startColumns(model, y, jac, l);
-  walkColumns(model, rod, steps, y, record, jac, l);
-  Section<double> s;
-  model.setForce(rod, steps.start + steps.count * steps.h);
-  sectionAt(model.chart, y, s);
-  columnsInBaseAxes(s.r, y + 4, jac, 0, out.x);
   if constexpr (M::kMoments > 0) {
-    columnsInBaseAxes(s.r, y + 4, jac, 8, out.u);
-    for (int i = 0; i < 6; ++i) {
-      std::copy_n(lanes(l[i]), 6, out.lx + 6 * i);
-      std::copy_n(lanes(l[i]) + 8, 6, out.lu + 6 * i);
+    const double* w = model.chart.weight;
+    W dp[3];
+    for (int i = 0; i < 3; ++i)
+      dp[i] = model.chart.h * (s.r[3 * i] * eta[3] + s.r[3 * i + 1] * eta[4] + s.r[3 * i + 2] * eta[5]);
+    for (int i = 0; i < 3; ++i) {
+      const int c = (i + 1) % 3, d = (i + 2) % 3;
+      rate[6 + i] = w[c] * dp[d] - w[d] * dp[c];
     }
   }
 }
 
-inline void singleJoint(const KernelRod& properties, const AlignedWrench& wrench, bool stop, JointEnd& end) {
+/// Walks along one segment of one rod.
+template <class M, int N>
+TENDRIL_INLINE void walkColumns(M& model, const SingleRod& rod, const Steps& steps, double* y,
+                                double (*record)[kState], Columns<Lanes<N>>* columns) {
+  using W = Lanes<N>;
+  constexpr int kN = M::kCoupled, kRows = 6 + M::kMoments, kCount = M::kSolutions * kBlocks<N>;
+  W state[kCount][kRows];  // J, and the moment rows of L where they change
+  for (int b = 0; b < kCount; ++b) {
+    for (int i = 0; i < 6; ++i) state[b][i] = columns[b].jac[i];
+    for (int i = 6; i < kRows; ++i) state[b][i] = columns[b].l[i - 6];
+  }
+  for (int step = 0; step < steps.count; ++step) {
+    if (record) std::copy_n(y, kState, record[step]);
+    Rates<double, kN> k;
+    Rates<W, kRows> kj[kCount];
+    double z[kN], energy = y[kEnergy];
+    Section<double> s;
+    Transport<double> a;
+    forEach<kStages>([&]<int S>() __attribute__((always_inline)) {
+      stageState<S>(y, k, z);
+      model.setForce(rod, steps.start + (step + kNode[S]) * steps.h);
+      energy += kA[kStages][S] * singleRate(model, z, s, k[S]);
+      transportAt(model.chart, s, a);
+#pragma GCC unroll 6
+      for (int b = 0; b < kCount; ++b) {
+        W eta[kRows];
+        stageState<S>(state[b], kj[b], eta);
+        columnRate(model, a, s, z + 4, eta, columns[b].l, kj[b][S]);
+      }
+    });
+    stageState<kStages>(y, k, y);
+    for (int b = 0; b < kCount; ++b) stageState<kStages>(state[b], kj[b], state[b]);
+    y[kEnergy] = energy;
+    renormalise(y);
+  }
+  for (int b = 0; b < kCount; ++b) {
+    for (int i = 0; i < 6; ++i) columns[b].jac[i] = state[b][i];
+    for (int i = 6; i < kRows; ++i) columns[b].l[i - 6] = state[b][i];
+  }
+}
+
+/// Ad_q J, row by row.
+template <int N>
+TENDRIL_INLINE void columnsInBaseAxes(const double* r, const double* p, const Columns<Lanes<N>>* columns,
+                                      double* out) {
+  for (int b = 0; b < kBlocks<N>; ++b) {
+    const auto* jac = columns[b].jac;
+    Lanes<N> w[3], l[3];
+    for (int i = 0; i < 3; ++i) {
+      w[i] = r[3 * i] * jac[0] + r[3 * i + 1] * jac[1] + r[3 * i + 2] * jac[2];
+      l[i] = r[3 * i] * jac[3] + r[3 * i + 1] * jac[4] + r[3 * i + 2] * jac[5];
+    }
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      l[i] = l[i] + p[j] * w[k] - p[k] * w[j];
+    }
+    const int count = std::min(N, 6 - N * b);
+    for (int i = 0; i < 3; ++i) {
+      std::copy_n(lanes(w[i]), count, out + 6 * i + N * b);
+      std::copy_n(lanes(l[i]), count, out + 6 * (3 + i) + N * b);
+    }
+  }
+}
+
+template <class M, int N>
+void singleSegment(const SingleRod& rod, const Steps& steps, double* y, double (*record)[kState],
+                   SegmentMatrices& out) {
+  M model = modelOf<M>(rod, steps);
+  Columns<Lanes<N>> columns[M::kSolutions * kBlocks<N>];
+  startColumns<M, N>(model, y, columns);
+  walkColumns<M, N>(model, rod, steps, y, record, columns);
+  Section<double> s;
+  model.setForce(rod, steps.start + steps.count * steps.h);
+  sectionAt(model.chart, y, s);
+  columnsInBaseAxes<N>(s.r, y + 4, columns, out.x);
+  if constexpr (M::kMoments > 0) {
+    columnsInBaseAxes<N>(s.r, y + 4, columns + kBlocks<N>, out.u);
+    for (int i = 0; i < 6; ++i)
+      for (int c = 0; c < 6; ++c) {
+        out.lx[6 * i + c] = lanes(columns[c / N].l[i])[c % N];
+        out.lu[6 * i + c] = lanes(columns[kBlocks<N> + c / N].l[i])[c % N];
+      }
+  }
+}
+
+template <int N>
+void singleJoint(const KernelRod& properties, const AlignedWrench& wrench, double margin, bool stop,
+                 JointEnd& end) {
   SingleRod rod = {};
   std::copy_n(properties.compliance, 6, rod.compliance);
   std::copy_n(wrench.moment, 3, rod.moment);
@@ -475,21 +527,23 @@ inline void singleJoint(const KernelRod& properties, const AlignedWrench& wrench
   std::copy_n(wrench.rotation, 4, y);
   bool unstable = false;
   for (int step = 0; step < wrench.steps && !(stop && unstable); step += kStepsPerSegment) {
-    Lanes<8> jac[6], l[6];
-    startColumns(model, y, jac, l);
-    walkColumns(model, rod, steps, y, nullptr, jac, l);
+    Columns<Lanes<N>> columns[kBlocks<N>];
+    startColumns<Light, N>(model, y, columns);
+    walkColumns<Light, N>(model, rod, steps, y, nullptr, columns);
     Section<double> s;
     sectionAt(model.chart, y, s);
     double x[36];
-    columnsInBaseAxes(s.r, y + 4, jac, 0, x);
-    passSegment(model.chart, y, x, walk);
+    columnsInBaseAxes<N>(s.r, y + 4, columns, x);
+    passSegment(model.chart, x, walk);
     unstable = unstable || (!(walk.smallest_pivot > 0) && step + kStepsPerSegment < wrench.steps);
   }
   std::copy_n(y, 4, end.path.rotation);
   std::copy_n(y + 4, 3, end.path.position);
   end.path.energy = y[kEnergy];
   std::copy_n(walk.k, 36, end.k);
-  end.screening = screeningOf(unstable, walk.left, walk.right);
+  double left, right;
+  marginsAtEnd(model.chart, y, margin, walk, left, right);
+  end.screening = unstable ? Screening::unstable : screeningOf(left, right);
 }
 
 template <int N>
@@ -499,13 +553,14 @@ const Kernel& makeKernel(const char* name) {
       N,
       paths<N>,
       joints<N>,
-      [](const SingleRod& rod, const Steps& steps, double* state, double (*record)[kState]) {
+      [](const SingleRod& rod, const Steps& steps, double* state, double(*record)[kState]) {
         (rod.heavy ? singlePath<Heavy> : singlePath<Light>)(rod, steps, state, record);
       },
-      [](const SingleRod& rod, const Steps& steps, double* state, double (*record)[kState], SegmentMatrices& out) {
-        (rod.heavy ? singleSegment<Heavy> : singleSegment<Light>)(rod, steps, state, record, out);
+      [](const SingleRod& rod, const Steps& steps, double* state, double(*record)[kState],
+         SegmentMatrices& out) {
+        (rod.heavy ? singleSegment<Heavy, N> : singleSegment<Light, N>)(rod, steps, state, record, out);
       },
-      singleJoint};
+      singleJoint<N>};
   return kernel;
 }
 

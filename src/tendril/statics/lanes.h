@@ -1,7 +1,7 @@
-/// Lanes<N>: N doubles that are worked on together, one rod each (or one column of a matrix each); Lanes<1> is a plain
-/// double. Code is written once for any N and compiled once for each instruction set. Every operation acts lane by
-/// lane and rounds as that of a double does, so a lane's numbers depend neither on N, nor on its neighbours, nor on
-/// the instruction set. Private to the statics.
+/// Lanes<N>: N doubles that are worked on together, one rod each (or one column of a matrix each); Lanes<1>
+/// is a plain double. Code is written once for any N and compiled once for each instruction set. Every
+/// operation acts lane by lane and rounds as that of a double does, so a lane's numbers depend neither on N,
+/// nor on its neighbours, nor on the instruction set. Private to the statics.
 #pragma once
 
 #include <cmath>

@@ -1,9 +1,9 @@
-/// The laws (2)-(4) along one rod, or several in lanes, and their derivative by the wrench a at the base (README.md, 2 to 4
-/// and 9). Private to the statics.
+/// The laws (2)-(4) along one rod, or several in lanes, and their derivative by the wrench a at the base
+/// (README.md, 2 to 4 and 9). Private to the statics.
 ///
-/// Everything is in the rod's own units and times the step: an integration step then is of length 1. "Base" is the frame
-/// of the first node; base axes may be turned at will, and are turned so that z is along the force there: then
-/// a = (moment; 0, 0, force), and the position along z moves nothing else.
+/// Everything is in the rod's own units and times the step: an integration step then is of length 1. "Base"
+/// is the frame of the first node; base axes may be turned at will, and are turned so that z is along the
+/// force there: then a = (moment; 0, 0, force), and the position along z moves nothing else.
 #pragma once
 
 #include "tendril/statics/dormand_prince8.h"
@@ -14,17 +14,17 @@ namespace {
 /// What is constant over one step of a weightless rod.
 template <class T>
 struct LightChart {
-  T moment[3], force;    // a = (moment; 0, 0, force)
-  T cm[3], cn[3];        // h / c: compliance in bending and in stretch
-  T kappa0[3], h;        // h times the curvature at rest, and h: xi of the unloaded rod
+  T moment[3], force;  // a = (moment; 0, 0, force)
+  T cm[3], cn[3];      // h / c: compliance in bending and in stretch
+  T kappa0[3], h;      // h times the curvature at rest, and h: xi of the unloaded rod
   [[nodiscard]] TENDRIL_INLINE T forceAlong(const T* r, int i) const { return force * r[6 + i]; }
   TENDRIL_INLINE void momentAbout(const T* p, const T*, T* t) const {
     t[0] = moment[0] - p[1] * force, t[1] = moment[1] + p[0] * force, t[2] = moment[2];
   }
 };
 
-/// The same for a rod with weight w per length. The wrench at the base's origin falls along it: n0 - s w, m0 - P x w with
-/// P the integral of the position (README.md, 9); `force` is its force at this stage.
+/// The same for a rod with weight w per length. The wrench at the base's origin falls along it: n0 - s w, m0
+/// - P x w with P the integral of the position (README.md, 9); `force` is its force at this stage.
 template <class T>
 struct HeavyChart {
   T moment[3], force[3], weight[3];
@@ -46,7 +46,8 @@ struct Section {
   T r[9], m[3], n[3], kappa[3], v[3];
 };
 
-/// The section at the frame y = (quaternion x y z w | position | P), eq. (3) and mu = Ad_q^T (wrench at the base's origin).
+/// The section at the frame y = (quaternion x y z w | position | P), eq. (3) and mu = Ad_q^T (wrench at the
+/// base's origin).
 template <class T, class C>
 TENDRIL_INLINE void sectionAt(const C& chart, const T* y, Section<T>& s) {
   const T x2 = y[0] + y[0], y2 = y[1] + y[1], z2 = y[2] + y[2];
@@ -89,8 +90,8 @@ TENDRIL_INLINE void renormalise(T* y) {
   for (int i = 0; i < 4; ++i) y[i] = y[i] * scale;
 }
 
-/// The matrix of h (C^-1 B(mu) - ad_xi), whose diagonal 3 x 3 blocks' diagonals are 0: eta' is it times eta + C^-1 (the
-/// variation of mu with the frame held).
+/// The matrix of h (C^-1 B(mu) - ad_xi), whose diagonal 3 x 3 blocks' diagonals are 0: eta' is it times eta +
+/// C^-1 (the variation of mu with the frame held).
 template <class T>
 struct Transport {
   T ww[3][3], wl[3][3], lw[3][3], kappa[3];
@@ -122,8 +123,8 @@ TENDRIL_INLINE void transported(const Transport<T>& a, const W* eta, W* rate) {
   }
 }
 
-/// mu . xi of the unloaded rod. With H = sum mu_i^2 / 2c_i + mu . xi_0, constant along a weightless rod, the energy density
-/// is H less this.
+/// mu . xi of the unloaded rod. With H = sum mu_i^2 / 2c_i + mu . xi_0, constant along a weightless rod, the
+/// energy density is H less this.
 template <class T, class C>
 [[nodiscard]] TENDRIL_INLINE T restWork(const C& chart, const Section<T>& s) {
   return chart.h * s.n[0] + chart.kappa0[0] * s.m[0] + chart.kappa0[1] * s.m[1] + chart.kappa0[2] * s.m[2];

@@ -8,7 +8,8 @@
 namespace tendril::statics {
 namespace {
 
-/// Steps per radian of rateBound for an error of 1e-6 L in one rod of a hundred (bench/statics.cpp measures it).
+/// Steps per radian of `turning` for an error of 1e-6 L in one rod of a hundred (bench/statics.cpp measures
+/// it).
 constexpr double kStepsPerRadian = 0.92;
 constexpr double kLargestRate = 1e4;
 
@@ -48,35 +49,41 @@ NaturalRod::NaturalRod(const RodProperties& rod, const Vector3& gravity) : units
   if (kappa0.size() > 1 && std::equal(kappa0.begin() + 1, kappa0.end(), kappa0.begin())) kappa0.resize(1);
   largest_kappa0 = 0;
   for (Vector3& k : kappa0) k *= rod.length, largest_kappa0 = std::max(largest_kappa0, k.norm());
-  weight = gravity * (rod.density * std::numbers::pi * rod.radius * rod.radius / (units.force / units.length));
+  weight =
+      gravity * (rod.density * std::numbers::pi * rod.radius * rod.radius / (units.force / units.length));
   for (int i = 0; i < 6; ++i) kernel.compliance[i] = 1 / c[i];
   for (int i = 0; i < 3; ++i) kernel.kappa0[i] = kappa0[0][i];
-  smallest_moment_stiffness = c.head<3>().minCoeff(), largest_moment_stiffness = c.head<3>().maxCoeff();
+  stiffest = c.head<3>().maxCoeff();
+  // A rod soft in torsion turns its axes fast but bends no faster: its softness counts a quarter.
+  softness = std::pow(std::min(c[1], c[2]), 0.75) * std::pow(c.head<3>().minCoeff(), 0.25);
 }
 
-double NaturalRod::rateBound(const Vector6& a) const {
-  // |n| at most `force`; with H = sum mu_i^2/2c_i + m.kappa0 + n1 and M the largest |m|:
-  //   M^2 / 2 stiffest <= H + force + M kappa0, where H grows by no more than the weight times the way down the rod.
+double NaturalRod::turning(const Vector6& a) const {
+  // |n| is at most `force`. With H = sum mu_i^2/2c_i + m.kappa0 + n1 and x^2 the largest sum m_i^2/c_i along
+  // the rod,
+  //   x^2/2 <= H + force + x (sum c_i kappa0_i^2)^(1/2), where H grows by no more than the weight times the
+  //   way down the rod.
   const double w = weight.norm(), force = a.tail<3>().norm() + w;
-  const double softest_n = c.tail<3>().minCoeff();
   const double h = 0.5 * a.cwiseAbs2().cwiseQuotient(c).sum() + a[3] + a.head<3>().norm() * largest_kappa0 +
-                   w * (1 + force / softest_n);
-  const double k0 = largest_moment_stiffness * largest_kappa0;
-  const double moment = k0 + std::sqrt(k0 * k0 + 2 * largest_moment_stiffness * std::max(0.0, h + force));
-  return std::max(moment / smallest_moment_stiffness + largest_kappa0, std::sqrt(force / smallest_moment_stiffness));
+                   w * (1 + force / c.tail<3>().minCoeff());
+  const double b = std::sqrt(stiffest) * largest_kappa0;
+  const double x = b + std::sqrt(b * b + 2 * std::max(0.0, h + force));
+  return std::max(x, std::sqrt(force)) / std::sqrt(softness) + largest_kappa0;
 }
 
-double NaturalRod::leastStretch(const Vector6& a) const { return 1 - (a.tail<3>().norm() + weight.norm()) / c[3]; }
+double NaturalRod::leastStretch(const Vector6& a) const {
+  return 1 - (a.tail<3>().norm() + weight.norm()) / c[3];
+}
 
-int NaturalRod::stepCount(const Vector6& a, int accuracy) const {
-  const double rate = rateBound(a);
+int NaturalRod::stepCount(const Vector6& a, const Accuracy& accuracy) const {
+  const double rate = turning(a);
   if (!std::isfinite(rate)) throw InputError("the wrench is not finite; give six finite numbers (N m, N)");
   if (rate > kLargestRate)
     throw InputError("the wrench may bend or twist the rod by " + std::to_string(rate) +
                      " rad over its length, more than the " + std::to_string(kLargestRate) +
                      " that can be integrated; give a smaller wrench");
-  const int pairs = std::max(2, static_cast<int>(std::ceil(0.5 * kStepsPerRadian * rate)));
-  const int steps = 2 * accuracy * pairs;
+  const int steps =
+      2 * std::max(2, static_cast<int>(std::ceil(0.5 * accuracy.steps * kStepsPerRadian * rate)));
   if (kappa0.size() == 1) return steps;
   const int elements = static_cast<int>(kappa0.size());
   return 2 * elements * ((steps + 2 * elements - 1) / (2 * elements));

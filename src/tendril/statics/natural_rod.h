@@ -1,5 +1,5 @@
-/// A rod in its own units: lengths by L, moments by EI/L, forces by EI/L^2 (README.md, 1), and what of a wrench is known
-/// before anything is integrated. Private to the statics.
+/// A rod in its own units: lengths by L, moments by EI/L, forces by EI/L^2 (README.md, 1), and what of a
+/// wrench is known before anything is integrated. Private to the statics.
 #pragma once
 
 #include "tendril/rod.h"
@@ -19,37 +19,45 @@ struct Units {
   [[nodiscard]] Vector6 wrenchToSi(const Vector6& wrench) const;
 };
 
-/// How many times as many steps as keep the end within 1e-6 L in 99 rods of a hundred: kQuick for screening, kFine (errors 2^-8 of
-/// that) for whatever is handed out.
-inline constexpr int kQuick = 1, kFine = 2;
+/// How exactly a rod is integrated: steps in multiples of what keeps the end within 1e-6 L in 99 rods of a
+/// hundred, and by how much (a fraction of the length) the place of a conjugate point may then be wrong.
+/// bench/statics.cpp measures both.
+struct Accuracy {
+  double steps;
+  double margin;
+};
+inline constexpr Accuracy kScreening{0.7, 5e-3};  // a verdict where it is clear
+inline constexpr Accuracy kQuick{1, 2e-3};        // an end, and its Jacobian
+inline constexpr Accuracy kFine{3, 1e-6};         // whatever is handed out; errors 3^-8 of the above
 
 /// What is constant of a rod. Throws InputError unless length and every c_i are finite and > 0.
 struct NaturalRod {
   Units units;
-  Vector6 c;                    // stiffness
-  std::vector<Vector3> kappa0;  // curvature at rest: one, or one per element
-  Vector3 weight;               // per length, world axes
-  KernelRod kernel;             // kappa0[0] alone
-  double smallest_moment_stiffness, largest_moment_stiffness, largest_kappa0;
+  Vector6 c;                                  // stiffness
+  std::vector<Vector3> kappa0;                // curvature at rest: one, or one per element
+  Vector3 weight;                             // per length, world axes
+  KernelRod kernel;                           // kappa0[0] alone
+  double softness, stiffest, largest_kappa0;  // of the moments' stiffnesses; rad over the rod
 
   /// `gravity` in m/s^2, world axes.
   NaturalRod(const RodProperties& rod, const Vector3& gravity);
 
   [[nodiscard]] bool heavy() const { return !weight.isZero(0); }
-  /// Whether the kernels for many rods, which know neither weight nor a curvature that changes, can work on it.
+  /// Whether the kernels for many rods, which know neither weight nor a curvature that changes, can work on
+  /// it.
   [[nodiscard]] bool uniformAndWeightless() const { return !heavy() && kappa0.size() == 1; }
 
-  /// A bound, radians over the rod, of the rates at which the rod and its small deflections turn (README.md, 2). An estimate
-  /// where the curvature at rest changes along the rod.
-  [[nodiscard]] double rateBound(const Vector6& a) const;
+  /// Radians over the rod at which it, and its small deflections, turn at most, nearly (README.md, 2).
+  [[nodiscard]] double turning(const Vector6& a) const;
   /// The least that the tangent's stretch 1 + u4 can be anywhere on the rod.
   [[nodiscard]] double leastStretch(const Vector6& a) const;
-  /// Steps for an integration; `accuracy` kQuick or more. Even; a multiple of the elements where the curvature at rest changes.
+  /// Steps for an integration. Even; a multiple of the elements where the curvature at rest changes.
   /// Throws InputError for a wrench that is not finite or too large to integrate.
-  [[nodiscard]] int stepCount(const Vector6& a, int accuracy) const;
+  [[nodiscard]] int stepCount(const Vector6& a, const Accuracy& accuracy) const;
 };
 
-/// Turns base axes so that z is along the force of a: the turned axes' wrench is (R m; 0, 0, force) with R of `rotation`.
+/// Turns base axes so that z is along the force of a: the turned axes' wrench is (R m; 0, 0, force) with R of
+/// `rotation`.
 [[nodiscard]] AlignedWrench aligned(const NaturalRod& rod, const Vector6& a, int steps);
 
 }  // namespace tendril::statics

@@ -17,7 +17,8 @@ constexpr double kStartAngle = 0.02;     // rad
 /// energies are equal to 1e-6 (mirror images, say). Empty, with the reason in `problem`, if there is none.
 std::vector<RodShape> shapesOf(const Placement& placement, const Scenario& scenario, const FaceTree& faces,
                                std::string& problem) {
-  const std::vector<Equilibrium> equilibria = equilibriaOf(scenario.rod, placement);  // by ascending energy
+  const std::vector<Equilibrium> equilibria =
+      equilibriaOf(scenario.rod, placement, scenario.environment.gravity);  // by ascending energy
   // A wrench leaves no choice: the shape is what it is, and whether it is clear is for the check of clearance
   // to say.
   if (std::holds_alternative<PoseAndWrench>(placement) && !equilibria.empty())
@@ -93,7 +94,7 @@ Check checkStart(const Solution& solution, const FaceTree& faces) {
       return check;
     }
     deviation.include({"first node", first.front(), *scenario.start_pose});
-  } else if (solution.status != PlanStatus::simulated && scenario.environment.gravity.isZero()) {
+  } else if (solution.status != PlanStatus::simulated) {
     std::string problem;
     const std::vector<RodShape> shapes = shapesOf(*scenario.start, scenario, faces, problem);
     if (shapes.empty()) {

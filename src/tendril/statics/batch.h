@@ -1,0 +1,105 @@
+/// Many rods at once, in the rod's own units. Private to the statics.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <span>
+
+#include "tendril/statics/integrator.h"
+
+namespace tendril::statics {
+
+/// Keeps its memory between calls; one per thread. Rods that the kernels for many cannot work on (an uneven
+/// curvature at rest, nearly inverted) are done one by one; none is heavy.
+class Batch {
+ public:
+  explicit Batch(const NaturalRod& rod) : single_(rod), paths_(kChunk), joints_(kChunk) {}
+  [[nodiscard]] const NaturalRod& rod() const { return single_.rod(); }
+
+  /// with(i, end) for every wrench: frame and energy alone; energy infinite if inverted.
+  template <class With>
+  void paths(std::span<const Vector6> wrenches, const Accuracy& accuracy, const With& with) {
+    forChunks(
+        wrenches, accuracy, [&](std::size_t i) { with(i, alone(wrenches[i], accuracy)); },
+        [&] {
+          kernel().paths(rod().kernel, aligned_, paths_.data());
+          NaturalEnd end;
+          for (std::size_t k = 0; k < aligned_.size(); ++k) {
+            const Quaternion back =
+                Quaternion(Eigen::Map<const Quaternion>(aligned_[k].rotation)).conjugate();
+            end.end.rotation = back * Quaternion(Eigen::Map<const Quaternion>(paths_[k].rotation));
+            end.end.position = back * Vector3::Map(paths_[k].position);
+            end.energy = paths_[k].energy;
+            with(index_[k], end);
+          }
+        });
+  }
+  /// with(i, end) for every wrench, with Jacobian and verdict; energy infinite if inverted. `stop`: of an
+  /// unstable rod the verdict alone.
+  template <class With>
+  void ends(std::span<const Vector6> wrenches, const Accuracy& accuracy, bool stop, const With& with) {
+    forChunks(
+        wrenches, accuracy, [&](std::size_t i) { with(i, alone(wrenches[i], accuracy)); },
+        [&] {
+          kernel().joints(rod().kernel, aligned_, accuracy.margin, stop, joints_.data());
+          NaturalEnd end;
+          for (std::size_t k = 0; k < aligned_.size(); ++k) {
+            const bool stable = isStable(k, wrenches[index_[k]]);
+            if (stable || !stop) Integrator::fromKernel(aligned_[k], joints_[k], end);
+            end.stable = stable;
+            with(index_[k], end);
+          }
+        });
+  }
+  /// with(i, stable) for every wrench.
+  template <class With>
+  void verdicts(std::span<const Vector6> wrenches, const With& with) {
+    forChunks(
+        wrenches, kScreening, [&](std::size_t i) { with(i, single_.isStable(wrenches[i], Vector3::Zero())); },
+        [&] {
+          kernel().joints(rod().kernel, aligned_, kScreening.margin, true, joints_.data());
+          for (std::size_t k = 0; k < aligned_.size(); ++k) with(index_[k], isStable(k, wrenches[index_[k]]));
+        });
+  }
+
+ private:
+  /// Rods worked on at a time: what is in between stays in the processor's second cache.
+  static constexpr std::size_t kChunk = 256;
+
+  /// Chunk by chunk, lays out the rods for the kernels and calls together(); calls alone(i) for every other.
+  template <class Alone, class Together>
+  void forChunks(std::span<const Vector6> wrenches, const Accuracy& accuracy, const Alone& alone,
+                 const Together& together) {
+    for (std::size_t first = 0; first < wrenches.size(); first += kChunk) {
+      aligned_.clear(), index_.clear();
+      for (std::size_t i = first; i < std::min(first + kChunk, wrenches.size()); ++i) {
+        if (single_.canScreen(wrenches[i]))
+          aligned_.push_back(aligned(rod(), wrenches[i], rod().stepCount(wrenches[i], accuracy))),
+              index_.push_back(i);
+        else
+          alone(i);
+      }
+      together();
+    }
+  }
+  [[nodiscard]] bool isStable(std::size_t k, const Vector6& a) {
+    if (joints_[k].screening != Screening::unsure) return joints_[k].screening == Screening::stable;
+    return single_.isStableAtSecondLook(a, Vector3::Zero());
+  }
+  [[nodiscard]] NaturalEnd alone(const Vector6& a, const Accuracy& accuracy) {
+    NaturalEnd end;
+    if (single_.end(a, Vector3::Zero(), accuracy, end) == ChartStatus::inverted) {
+      end = {};
+      end.energy = std::numeric_limits<double>::infinity();
+    }
+    return end;
+  }
+
+  Integrator single_;
+  std::vector<AlignedWrench> aligned_;
+  std::vector<std::size_t> index_;  // of each of them among those asked for
+  std::vector<PathEnd> paths_;
+  std::vector<JointEnd> joints_;
+};
+
+}  // namespace tendril::statics
