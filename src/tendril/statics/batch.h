@@ -13,7 +13,7 @@ namespace tendril::statics {
 /// curvature at rest, nearly inverted) are done one by one; none is heavy.
 class Batch {
  public:
-  explicit Batch(const NaturalRod& rod) : single_(rod), paths_(kChunk), joints_(kChunk) {}
+  explicit Batch(const NaturalRod& rod) : single_(rod) {}
   [[nodiscard]] const NaturalRod& rod() const { return single_.rod(); }
 
   /// with(i, end) for every wrench: frame and energy alone; energy infinite if inverted.
@@ -22,6 +22,7 @@ class Batch {
     forChunks(
         wrenches, accuracy, [&](std::size_t i) { with(i, alone(wrenches[i], accuracy)); },
         [&] {
+          paths_.resize(aligned_.size());
           kernel().paths(rod().kernel, aligned_, paths_.data());
           NaturalEnd end;
           for (std::size_t k = 0; k < aligned_.size(); ++k) {
@@ -41,6 +42,7 @@ class Batch {
     forChunks(
         wrenches, accuracy, [&](std::size_t i) { with(i, alone(wrenches[i], accuracy)); },
         [&] {
+          joints_.resize(aligned_.size());
           kernel().joints(rod().kernel, aligned_, accuracy.margin, stop, joints_.data());
           NaturalEnd end;
           for (std::size_t k = 0; k < aligned_.size(); ++k) {
@@ -57,6 +59,7 @@ class Batch {
     forChunks(
         wrenches, kScreening, [&](std::size_t i) { with(i, single_.isStable(wrenches[i], Vector3::Zero())); },
         [&] {
+          joints_.resize(aligned_.size());
           kernel().joints(rod().kernel, aligned_, kScreening.margin, true, joints_.data());
           for (std::size_t k = 0; k < aligned_.size(); ++k) with(index_[k], isStable(k, wrenches[index_[k]]));
         });

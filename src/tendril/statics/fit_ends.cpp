@@ -10,18 +10,13 @@ namespace statics {
 namespace {
 
 constexpr std::size_t kStarts = 24;  // library rods tried for being nearest, and as many for being at ease
-constexpr std::size_t kNeighbours = 200;  // nearest rods among which those of least energy are taken
-constexpr std::size_t kAtOnce = 8;        // starts followed side by side
-constexpr double kRotationWeight = 0.15;  // L per rad, in "nearest"
-constexpr double kTolerance = 1e-10;      // of the end pose, L and rad
-constexpr double kQuickTolerance = 1e-5;  // the same before the last iterations, which are exact
-constexpr double kLooseTolerance = 1e-2;  // of the poses on the way
-constexpr double kFirstStep = 0.5;        // of the geodesic; doubled after a success, halved after a failure
-constexpr double kSmallestStep = 1.0 / 64;
-constexpr double kMostTurning = 200;  // of a Newton iterate: further out is astray
-constexpr double kSameWrench = 1e-6;  // relative: one solution, not two
-constexpr int kIterations = 6;
-constexpr Accuracy kExact{3, 1e-6};
+constexpr std::size_t kNeighbours = 200;      // nearest rods among which those of least energy are taken
+constexpr std::size_t kAtOnce = 8;            // starts tried side by side where one equilibrium is wanted
+constexpr double kRotationWeight = 0.15;      // L per rad, in "nearest"
+constexpr double kTolerance = 1e-10;          // of the end pose, L and rad
+constexpr double kQuickTolerance = 1e-5;      // the same before the last iterations, which are exact
+constexpr double kSmallestShare = 1.0 / 256;  // of the weight
+constexpr double kSameWrench = 1e-6;          // relative: one solution, not two
 
 double distance2(const Pose& a, const Pose& b) {
   const double cosine = std::min(1.0, std::abs(a.rotation.dot(b.rotation)));  // of half the angle
@@ -46,85 +41,57 @@ std::vector<std::size_t> startsFor(const Library& library, const Pose& target) {
   return starts;
 }
 
-/// Newton's method on a towards an end pose; every iteration must take off a quarter of the miss, or a nearer
-/// pose is wanted, not more iterations.
+/// Damped Newton's method on a towards an end pose: `miss` is the twist along the geodesic from the end to
+/// the pose, J da the end's own twist, so small steps follow the geodesic. Only stable rods are stepped on.
 class Newton {
  public:
   enum class State { running, arrived, failed };
 
-  void start(const Vector6& a, const Pose& target, double tolerance) {
-    a_ = a, target_ = target, tolerance_ = tolerance;
-    previous_ = std::numeric_limits<double>::infinity();
-    iterations_ = 0;
-  }
-  [[nodiscard]] const Vector6& wrench() const { return a_; }
-  /// Takes the end that wrench() leads to. `arrived` leaves wrench() as it was, the solution.
-  [[nodiscard]] State take(const NaturalRod& rod, const NaturalEnd& end) {
-    if (!std::isfinite(end.energy)) return State::failed;
-    const Vector6 miss = logSE3(end.end.inverse() * target_);
+  Newton(const Vector6& start, const Pose& target, double tolerance)
+      : a_(start), trial_(start), target_(target), tolerance_(tolerance) {}
+  /// The wrench whose end is asked for next; the solution when `arrived`.
+  [[nodiscard]] const Vector6& wrench() const { return trial_; }
+  [[nodiscard]] State take(const NaturalEnd& end) {
+    const bool usable = end.stable && std::isfinite(end.energy);
+    const Vector6 miss = usable ? logSE3(end.end.inverse() * target_) : Vector6::Zero();
     const double size = miss.norm();
-    if (size <= tolerance_) return end.stable ? State::arrived : State::failed;
-    if (!(size < 0.75 * previous_) || ++iterations_ == kIterations) return State::failed;
-    previous_ = size;
-    // The body twist J da moves the end along the geodesic that `miss` is the rest of.
-    a_ += end.jacobian.partialPivLu().solve(miss);
-    return rod.turning(a_) <= kMostTurning ? State::running : State::failed;
-  }
-
- private:
-  Vector6 a_;
-  Pose target_;
-  double tolerance_ = 0, previous_ = 0;
-  int iterations_ = 0;
-};
-
-/// A library rod whose end is led to the target along the geodesic between them, through stable rods only.
-class Walk {
- public:
-  Walk(const LibraryRod& from, const Pose& target)
-      : from_(from.end), target_(target), way_(logSE3(from.end.inverse() * target)), a_(from.a) {
-    aim();
-  }
-  [[nodiscard]] const Vector6& wrench() const { return newton_.wrench(); }
-  [[nodiscard]] Newton::State take(const NaturalRod& rod, const NaturalEnd& end) {
-    const Newton::State state = newton_.take(rod, end);
-    if (state == Newton::State::running) return state;
-    if (state == Newton::State::arrived) {
-      a_ = newton_.wrench(), at_ = next_, step_ *= 2;
-      if (at_ == 1) return state;
+    if (usable && size < (1 - 0.25 * damping_) * size_) {
+      if (size <= tolerance_) return State::arrived;
+      a_ = trial_, size_ = size;
+      step_ = end.jacobian.partialPivLu().solve(miss);
+      const double length =
+          std::max(step_.head<3>().norm() / kLongestMoment, step_.tail<3>().norm() / kLongestForce);
+      damping_ = std::min({1.0, 2 * damping_, 1 / length});
     } else {
-      step_ = 0.5 * (next_ - at_);
-      if (step_ < kSmallestStep) return state;
+      damping_ *= 0.5;
+      if (damping_ < kLeastDamping || ++refusals_ > kMostRefusals) return State::failed;
     }
-    aim();
-    return Newton::State::running;
+    trial_ = a_ + damping_ * step_;
+    return State::running;
   }
 
  private:
-  void aim() {
-    next_ = std::min(1.0, at_ + step_);
-    if (next_ == 1)
-      newton_.start(a_, target_, kQuickTolerance);
-    else
-      newton_.start(a_, from_ * expSE3(next_ * way_), kLooseTolerance);
-  }
+  static constexpr double kLongestMoment = 4, kLongestForce = 30;  // of a step
+  static constexpr double kLeastDamping = 1.0 / 128;
+  static constexpr int kMostRefusals = 12;
 
-  Pose from_, target_;
-  Vector6 way_, a_;
-  double at_ = 0, step_ = kFirstStep, next_ = 0;
-  Newton newton_;
+  Vector6 a_, trial_, step_ = Vector6::Zero();
+  Pose target_;
+  double tolerance_, size_ = std::numeric_limits<double>::infinity(), damping_ = 1;
+  int refusals_ = 0;
 };
 
-/// Follows all walks side by side; the wrenches of those that arrive.
-std::vector<Vector6> followAll(Batch& batch, std::vector<Walk> walks) {
+/// Runs them side by side, all of them or until one arrives; the wrenches of those that arrive, first come
+/// first.
+std::vector<Vector6> arrivals(Batch& batch, std::vector<Newton> walks, Wanted wanted) {
   std::vector<Vector6> arrived, wrenches;
-  std::vector<Walk> still;
-  while (!walks.empty()) {
+  std::vector<Newton> still;
+  while (!walks.empty() && (wanted == Wanted::all || arrived.empty())) {
     wrenches.clear(), still.clear();
-    for (const Walk& walk : walks) wrenches.push_back(walk.wrench());
+    for (const Newton& walk : walks) wrenches.push_back(walk.wrench());
     std::vector<Newton::State> states(walks.size());
-    batch.ends(wrenches, kQuick, false,
-               [&](std::size_t i, const NaturalEnd& end) { states[i] = walks[i].take(batch.rod(), end); });
+    batch.ends(wrenches, kQuick, true,
+               [&](std::size_t i, const NaturalEnd& end) { states[i] = walks[i].take(end); });
     for (std::size_t i = 0; i < walks.size(); ++i) {
       if (states[i] == Newton::State::arrived) arrived.push_back(walks[i].wrench());
       if (states[i] == Newton::State::running) still.push_back(walks[i]);
@@ -134,15 +101,14 @@ std::vector<Vector6> followAll(Batch& batch, std::vector<Walk> walks) {
   return arrived;
 }
 
-/// Newton's method with one rod at a time.
-bool solveExactly(Integrator& integrator, const Vector3& weight, const Pose& target, double tolerance,
-                  const Accuracy& accuracy, Vector6& a) {
-  Newton newton;
-  newton.start(a, target, tolerance);
+/// The same with one rod.
+bool solve(Integrator& integrator, const Vector3& weight, const Pose& target, double tolerance,
+           const Accuracy& accuracy, Vector6& a) {
+  Newton newton(a, target, tolerance);
   NaturalEnd end;
   for (;;) {
-    if (integrator.end(newton.wrench(), weight, accuracy, end) == ChartStatus::inverted) return false;
-    const Newton::State state = newton.take(integrator.rod(), end);
+    if (integrator.end(newton.wrench(), weight, accuracy, end) == ChartStatus::inverted) end.stable = false;
+    const Newton::State state = newton.take(end);
     if (state == Newton::State::running) continue;
     a = newton.wrench();
     return state == Newton::State::arrived;
@@ -157,11 +123,11 @@ bool load(Integrator& integrator, const Vector3& weight, const Pose& target, Vec
     Vector6 trial = a;
     // to first order either end takes half of the weight added
     trial.tail<3>() += 0.5 * (next - at) * weight;
-    if (solveExactly(integrator, next * weight, target, kQuickTolerance, kQuick, trial)) {
+    if (solve(integrator, next * weight, target, kQuickTolerance, kQuick, trial)) {
       a = trial, at = next, step *= 2;
     } else {
       step = 0.5 * (next - at);
-      if (step < kSmallestStep / 4) return false;
+      if (step < kSmallestShare) return false;
     }
   }
   return true;
@@ -195,22 +161,23 @@ std::vector<Equilibrium> fitEnds(const RodProperties& rod, const GripperPoses& e
   const std::size_t at_once = wanted == Wanted::one ? kAtOnce : starts.size();
   for (std::size_t first = 0; first < starts.size() && (wanted == Wanted::all || out.empty());
        first += at_once) {
-    std::vector<Walk> walks;
+    std::vector<Newton> walks;
     for (std::size_t i = first; i < std::min(first + at_once, starts.size()); ++i)
-      walks.emplace_back((*library)[starts[i]], target);
+      walks.emplace_back((*library)[starts[i]].a, target, kQuickTolerance);
     const std::size_t known = nearly.size();
-    for (const Vector6& a : followAll(batch, std::move(walks))) addIfNew(nearly, a, 100 * kQuickTolerance);
+    for (const Vector6& a : arrivals(batch, std::move(walks), wanted))
+      addIfNew(nearly, a, 100 * kQuickTolerance);
     for (std::size_t i = known; i < nearly.size(); ++i) {
       Vector6 a = nearly[i];
       if (heavy.heavy() && !load(integrator, weight, target, a)) continue;
-      if (!solveExactly(integrator, weight, target, kTolerance, kExact, a)) continue;
+      if (!solve(integrator, weight, target, kTolerance, kFine, a)) continue;
       const std::size_t before = found.size();
       addIfNew(found, a, kSameWrench);
       if (found.size() == before) continue;
       Equilibrium e;
-      if (shapes.solve(ends.first, heavy.units.wrenchToSi(a), e) == ChartStatus::equilibrium &&
-          e.stability == Stability::stable)
-        out.push_back(std::move(e));
+      if (shapes.shape(ends.first, heavy.units.wrenchToSi(a), e) == ChartStatus::inverted) continue;
+      e.stability = Stability::stable;  // as Newton's method found it
+      out.push_back(std::move(e));
     }
   }
   std::stable_sort(out.begin(), out.end(), [](const Equilibrium& x, const Equilibrium& y) {

@@ -117,25 +117,24 @@ template <class T>
     for (int i = 0; i < 3; ++i) k[S][4 + i] = positionRate(s, i);
     if constexpr (kA[kStages][S] != 0) sum = sum + kA[kStages][S] * restWork(chart, s);
     transportAt(chart, s, a);
-    // + h C^-1 Ad_q^T, column by column: a unit moment and a unit force along each base axis
+    // + h C^-1 Ad_q^T, for a unit moment and a unit force along each base axis
     const T* p = z + 4;
+    T turned[9];  // h C_m^-1 R^T
+#pragma GCC unroll 9
+    for (int i = 0; i < 9; ++i) turned[i] = chart.cm[i % 3] * s.r[i];
 #pragma GCC unroll 3
     for (int b = 0; b < 3; ++b) {
       const int c = (b + 1) % 3, d = (b + 2) % 3;
-      T eta[6], rate[6];
-      stageState<S>(jac + 6 * b, kj[b], eta);
-      transported(a, eta, rate);
+      T eta[2][6], rate[2][6];
+      stageState<S>(jac + 6 * b, kj[b], eta[0]);
+      stageState<S>(jac + 6 * (3 + b), kj[3 + b], eta[1]);
+      transported<2>(a, eta, rate);
 #pragma GCC unroll 3
       for (int i = 0; i < 3; ++i) {
-        kj[b][S][i] = rate[i] + chart.cm[i] * s.r[3 * b + i];
-        kj[b][S][3 + i] = rate[3 + i];
-      }
-      stageState<S>(jac + 6 * (3 + b), kj[3 + b], eta);
-      transported(a, eta, rate);
-#pragma GCC unroll 3
-      for (int i = 0; i < 3; ++i) {
-        kj[3 + b][S][i] = rate[i] + chart.cm[i] * (p[c] * s.r[3 * d + i] - p[d] * s.r[3 * c + i]);
-        kj[3 + b][S][3 + i] = rate[3 + i] + chart.cn[i] * s.r[3 * b + i];
+        kj[b][S][i] = rate[0][i] + turned[3 * b + i];
+        kj[b][S][3 + i] = rate[0][3 + i];
+        kj[3 + b][S][i] = rate[1][i] + (p[c] * turned[3 * d + i] - p[d] * turned[3 * c + i]);
+        kj[3 + b][S][3 + i] = rate[1][3 + i] + chart.cn[i] * s.r[3 * b + i];
       }
     }
   });
@@ -403,7 +402,7 @@ TENDRIL_INLINE void startColumns(const M& model, const double* y, Columns<Lanes<
 template <class M, class W>
 TENDRIL_INLINE void columnRate(const M& model, const Transport<double>& a, const Section<double>& s,
                                const double* p, const W* eta, const W* l, W* rate) {
-  transported(a, eta, rate);
+  transported<1>(a, reinterpret_cast<const W(*)[6]>(eta), reinterpret_cast<W(*)[6]>(rate));
   const W* moment = M::kMoments > 0 ? eta + 6 : l;
   W t[3];
 #pragma GCC unroll 3

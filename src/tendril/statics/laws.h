@@ -111,15 +111,19 @@ TENDRIL_INLINE void transportAt(const C& chart, const Section<T>& s, Transport<T
   }
 }
 
-/// Transport times eta = (w; l), for a column of J in T (or all its columns in the lanes of W).
-template <class T, class W>
-TENDRIL_INLINE void transported(const Transport<T>& a, const W* eta, W* rate) {
-  const W *w = eta, *l = eta + 3;
+/// Transport times eta = (w; l), for `Count` columns of J in T (or all its columns in the lanes of W) side by
+/// side, so that a coefficient is loaded once for all of them.
+template <int Count, class T, class W>
+TENDRIL_INLINE void transported(const Transport<T>& a, const W (*eta)[6], W (*rate)[6]) {
 #pragma GCC unroll 3
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
-    rate[i] = a.ww[i][j] * w[k] - a.ww[i][k] * w[j] + a.wl[i][j] * l[k] - a.wl[i][k] * l[j];
-    rate[3 + i] = a.lw[i][j] * w[k] - a.lw[i][k] * w[j] - a.kappa[j] * l[k] + a.kappa[k] * l[j];
+#pragma GCC unroll 6
+    for (int c = 0; c < Count; ++c) {
+      const W *w = eta[c], *l = eta[c] + 3;
+      rate[c][i] = a.ww[i][j] * w[k] - a.ww[i][k] * w[j] + a.wl[i][j] * l[k] - a.wl[i][k] * l[j];
+      rate[c][3 + i] = a.lw[i][j] * w[k] - a.lw[i][k] * w[j] - a.kappa[j] * l[k] + a.kappa[k] * l[j];
+    }
   }
 }
 
