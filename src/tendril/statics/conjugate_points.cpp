@@ -14,8 +14,12 @@ Matrix6 congruentOfD(const Matrix6& y, const Segment& segment) {
 
 }  // namespace
 
-Segment::Segment(const SegmentMatrices& matrices, const Matrix6* b)
+Segment::Segment(const SegmentMatrices& matrices, const Matrix6* b, const Pose& end,
+                 const Vector6& compliance)
     : x(Eigen::Map<const RowMatrix6>(matrices.x)), heavy_(!b) {
+  const Matrix6 ad = adjoint(end);
+  s = ad * compliance.asDiagonal() * ad.transpose();
+  span = end.position;
   const Matrix6 x_inverse = x.inverse();
   if (heavy_) {
     lx = Eigen::Map<const RowMatrix6>(matrices.lx);
@@ -31,36 +35,36 @@ Segment::Segment(const SegmentMatrices& matrices, const Matrix6* b)
 }
 
 void Segment::advance(Matrix6& k, Matrix6& l) const {
-  if (!heavy_) {
-    k = u * k + x;
-    return;
-  }
   const Matrix6 start = k;
   k = u * start + x * l;
-  l = lu * start + lx * l;
+  if (heavy_) l = lu * start + lx * l;
+  k.bottomRows<3>() -= skew(span) * k.topRows<3>();
+  l.topRows<3>() -= skew(span) * l.bottomRows<3>();
+}
+
+void ConjugatePoints::arrive(const Segment& segment, const Matrix6& y) {
+  Matrix6 shift = Matrix6::Identity();
+  shift.bottomLeftCorner<3, 3>() = skew(segment.span);
+  y_ = symmetricPart(shift.transpose() * y * shift);
 }
 
 bool ConjugatePoints::passIfFree(const Segment& segment) {
   const Eigen::LLT<Matrix6> cholesky(congruentOfD(y_, segment));
   if (cholesky.info() != Eigen::Success) return false;
   p_inverse_ = cholesky.solve(Matrix6::Identity());
-  y_ = symmetricPart(segment.l_inverse - p_inverse_);
+  arrive(segment, segment.l_inverse - p_inverse_);
   return true;
 }
 
-bool ConjugatePoints::isFree(const Segment& segment) const {
-  return Eigen::LLT<Matrix6>(congruentOfD(y_, segment)).info() == Eigen::Success;
-}
-
-Vector6 ConjugatePoints::timesToConjugatePoints(const Segment& segment, const Matrix6& s) const {
-  return Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6>(congruentOfD(y_, segment), s,
+Vector6 ConjugatePoints::timesToConjugatePoints(const Segment& segment) const {
+  return Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6>(congruentOfD(y_, segment), segment.s,
                                                            Eigen::EigenvaluesOnly)
       .eigenvalues();
 }
 
 void ConjugatePoints::pass(const Segment& segment) {
   p_inverse_ = congruentOfD(y_, segment).inverse();
-  y_ = symmetricPart(segment.l_inverse - p_inverse_);
+  arrive(segment, segment.l_inverse - p_inverse_);
 }
 
 }  // namespace tendril::statics

@@ -10,7 +10,8 @@ namespace {
 
 constexpr double kTimeTolerance = 1e-11;    // of first_conjugate_t
 constexpr double kSecondLookMargin = 1e-4;  // of Screening, with the steps of kFine
-constexpr int kLocatingFactor = 3;  // times as many steps to locate a conjugate time as for the verdict
+constexpr int kMostLocatingSteps = 60;      // bisection alone takes fewer
+constexpr int kLocatingFactor = 2;  // times as many steps to locate a conjugate time as for the verdict
 
 /// The smallest value on [0, 1] of the cubic with values f0, f1 and derivatives g0, g1 at the ends.
 double smallestOfCubic(double f0, double g0, double f1, double g1) {
@@ -89,15 +90,13 @@ Station::Frame quintic(const Station& from, const Station& to, double theta) {
          c1 * to.second();
 }
 
-/// J(1) = Ad_q^-1 K(1), by da in the first node's own axes: `turned` is the end's frame in base axes,
-/// `to_base_axes` the first node's rotation.
-Matrix6 jacobianFrom(const Matrix6& k, const Pose& turned, const Quaternion& to_base_axes) {
-  const Matrix3 r = to_base_axes.toRotationMatrix(), back = turned.rotation.toRotationMatrix().transpose();
-  Matrix6 j;
-  j.topRows<3>() = back * k.topRows<3>();
-  j.bottomRows<3>() = back * (k.bottomRows<3>() - skew(turned.position) * k.topRows<3>());
+/// J(1) from K(1) about the last section, by da in the first node's own axes: `end` is the last section's
+/// rotation in base axes, `to_base_axes` the first's.
+Matrix6 jacobianFrom(const Matrix6& k, const Quaternion& end, const Quaternion& to_base_axes) {
+  const Matrix3 r = to_base_axes.toRotationMatrix(), back = end.toRotationMatrix().transpose();
   Matrix6 out;
-  out << j.leftCols<3>() * r, j.rightCols<3>() * r;
+  for (int i = 0; i < 6; i += 3)
+    for (int j = 0; j < 6; j += 3) out.block<3, 3>(i, j) = back * k.block<3, 3>(i, j) * r;
   return out;
 }
 
@@ -136,9 +135,6 @@ void Integrator::begin(const Vector6& a, const Vector3& weight, const Accuracy& 
         Quaternion(turned.rotation[3], turned.rotation[0], turned.rotation[1], turned.rotation[2])
             .conjugate();
   }
-  const Vector3 m = Vector3::Map(single_.moment), n = Vector3::Map(single_.force);
-  bracket_ << skew(m), skew(n), skew(n),
-      Matrix3::Zero();  // ad_eta^T a = (m x w + n x v; n x w) for eta = (w; v)
   states_.resize(static_cast<std::size_t>(steps_) + 1);
   states_[0].fill(0);
   std::copy_n(single_.rotation, 4, states_[0].begin());
@@ -149,17 +145,33 @@ const double* Integrator::kappa0(int step) const {
   return rod_.kappa0[count == 1 ? 0 : static_cast<std::size_t>(step * count / steps_)].data();
 }
 
+/// The segment is a rod of its own, from the section at `state` on: the wrench there is its a, the position
+/// and its integral begin at 0.
 Segment Integrator::segment(State& state, double start, double h, int count, int step, State* record) const {
+  const State from = state;
+  const Vector3 origin = Vector3::Map(&from[4]), area = Vector3::Map(&from[7]),
+                weight = Vector3::Map(single_.weight);
+  const Vector3 force = Vector3::Map(single_.force) - start * weight;
+  const Vector3 moment = Vector3::Map(single_.moment) - area.cross(weight) - origin.cross(force);
+  SingleRod part = single_;
+  Vector3::Map(part.moment) = moment, Vector3::Map(part.force) = force;
+  const auto move = [&](State& s, const Vector3& p, const Vector3& a) {
+    Vector3::Map(&s[4]) += p;
+    if (single_.heavy) Vector3::Map(&s[7]) += a;
+  };
+  move(state, -origin, -area);
   SegmentMatrices matrices;
-  kernel().segment(single_, {start, h, count, kappa0(step)}, state.data(),
+  kernel().segment(part, {0, h, count, kappa0(step)}, state.data(),
                    record ? reinterpret_cast<double(*)[kState]>(record) : nullptr, matrices);
-  return Segment(matrices, single_.heavy ? nullptr : &bracket_);
-}
-
-Matrix6 Integrator::complianceAt(const State& state) const {
-  const Eigen::Map<const Vector6> compliance(single_.compliance);
-  const Matrix6 ad = adjoint(poseOf(state.data()));
-  return ad * compliance.asDiagonal() * ad.transpose();
+  Matrix6 b;
+  b << skew(moment), skew(force), skew(force),
+      Matrix3::Zero();  // ad_eta^T a = (m x w + n x v; n x w) for eta = (w; v)
+  const Segment out(matrices, single_.heavy ? nullptr : &b, poseOf(state.data()),
+                    Vector6::Map(single_.compliance));
+  move(state, origin, area + count * h * origin);
+  if (record)
+    for (int i = 0; i < count; ++i) move(record[i], origin, area + i * h * origin);
+  return out;
 }
 
 bool Integrator::inverted() const {
@@ -213,9 +225,9 @@ void Integrator::walkThroughConjugatePoints(Verdict& verdict, bool stop) {
     }
     const bool last = step + kStepsPerSegment == steps_;
     const ConjugatePoints before = points;
-    if (points.passIfFree(x) && !(last && points.timeLeft(complianceAt(state)) <= kMarginalTime)) continue;
+    if (points.passIfFree(x) && !(last && points.timeLeft(x) <= kMarginalTime)) continue;
     // A conjugate point lies in this segment or, if it is the last, maybe just behind its end.
-    const Vector6 times = before.timesToConjugatePoints(x, complianceAt(state));
+    const Vector6 times = before.timesToConjugatePoints(x);
     const auto inside = static_cast<int>((times.array() < (last ? -kMarginalTime : 0.0)).count());
     if (inside > 0) {
       verdict.conjugate_points += inside;
@@ -233,7 +245,7 @@ void Integrator::walkThroughConjugatePoints(Verdict& verdict, bool stop) {
 }
 
 /// Walks again in shorter steps, so that the time is far more exact than the verdict needs, up to the segment
-/// that is not free, and bisects it. At most 1.
+/// that is not free, and finds the time in it. At most 1.
 double Integrator::firstConjugateTime() const {
   const double length = static_cast<double>(kStepsPerSegment) / (kLocatingFactor * steps_);
   const double h = length / kStepsPerSegment;
@@ -248,13 +260,17 @@ double Integrator::firstConjugateTime() const {
     if (k == 0) {
       points.start(whole);
     } else if (!points.passIfFree(whole)) {
-      double low = 0, high = length;
-      while (high - low > kTimeTolerance) {
-        const double middle = 0.5 * (low + high);
-        State at = from;
-        const bool free =
-            points.isFree(segment(at, start, middle / kStepsPerSegment, kStepsPerSegment, step, nullptr));
-        (free ? low : high) = middle;
+      // Newton's method on the nearest of the times that the pencil tells, inside a bracket: free at low, not
+      // at high.
+      double low = 0, high = length, at = length;
+      for (int i = 0; i < kMostLocatingSteps; ++i) {
+        State there = from;
+        const Segment part = segment(there, start, at / kStepsPerSegment, kStepsPerSegment, step, nullptr);
+        const double ahead = points.timesToConjugatePoints(part)[0];
+        (ahead > 0 ? low : high) = at;
+        if (std::abs(ahead) < kTimeTolerance || high - low < kTimeTolerance) return start + at;
+        at += ahead;
+        if (!(at > low && at < high)) at = 0.5 * (low + high);
       }
       return start + high;
     }
@@ -292,7 +308,7 @@ void Integrator::fromKernel(const AlignedWrench& wrench, const JointEnd& joint, 
   out.end = Pose{to_base_axes.conjugate(), Vector3::Zero()} * turned;
   out.energy = joint.path.energy;
   out.weight_energy = 0;
-  out.jacobian = jacobianFrom(Eigen::Map<const RowMatrix6>(joint.k), turned, to_base_axes);
+  out.jacobian = jacobianFrom(Eigen::Map<const RowMatrix6>(joint.k), turned.rotation, to_base_axes);
   out.stable = joint.screening == Screening::stable;
 }
 
@@ -314,7 +330,7 @@ ChartStatus Integrator::end(const Vector6& a, const Vector3& weight, const Accur
   out.end = node(1, 1);
   out.energy = energy();
   out.weight_energy = weightEnergy();
-  out.jacobian = jacobianFrom(k_, poseOf(states_.back().data()), from_base_axes_.conjugate());
+  out.jacobian = jacobianFrom(k_, poseOf(states_.back().data()).rotation, from_base_axes_.conjugate());
   return ChartStatus::equilibrium;
 }
 

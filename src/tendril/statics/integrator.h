@@ -69,15 +69,13 @@ class Integrator {
                                 State* record) const;
   void walkThroughConjugatePoints(Verdict& verdict, bool stop);
   [[nodiscard]] double firstConjugateTime() const;
-  [[nodiscard]] Matrix6 complianceAt(const State& state) const;
 
   NaturalRod rod_;
   SingleRod single_ = {};
   Quaternion from_base_axes_;  // the alignment's inverse
   int steps_ = 0;
-  Matrix6 bracket_;            // B of a weightless rod
   std::vector<State> states_;  // at every step, steps_ + 1
-  Matrix6 k_, l_;              // K(1) and L(1), after a walk through conjugate points
+  Matrix6 k_, l_;              // K(1) and L(1) about the last section, after a walk through conjugate points
 };
 
 }  // namespace tendril::statics

@@ -33,7 +33,7 @@ enum class Screening { stable, unstable, unsure };
 
 struct JointEnd {
   PathEnd path;
-  double k[36];  // K(1) row by row, in base axes; undefined if the walk stopped early
+  double k[36];  // K(1) row by row, in base axes about the last section; undefined if the walk stopped early
   Screening screening;
 };
 
@@ -58,8 +58,9 @@ struct Steps {
   const double* kappa0;
 };
 
-/// Two solutions (K, L) along one segment (README.md, 4 and 9), row by row: X, Lx from (0, 1) and U, Lu from
-/// (1, 0). Only X is filled in for a weightless rod, of which Lx = 1, U = 1 + X B, Lu = 0.
+/// Two solutions (K, L) along one segment that starts at position 0 (README.md, 4 and 9), row by row: X, Lx
+/// from (0, 1) and U, Lu from (1, 0). Only X is filled in for a weightless rod, of which Lx = 1, U = 1 + X B,
+/// Lu = 0.
 struct SegmentMatrices {
   double x[36], lx[36], u[36], lu[36];
 };

@@ -165,14 +165,52 @@ TENDRIL_INLINE void inBaseAxes(const T* r, const T* p, const T* jac, T* x) {
   }
 }
 
-/// What is known of a rod between two segments: K and Y (README.md, 5), and of the last segment passed.
+/// What is known of a rod between two segments: K and Y (README.md, 5), about the section there, and of the
+/// last segment passed.
 template <class T>
 struct Walk {
   T k[36], y[36];
+  T origin[3];       // of the section, from the base
   T p[36];           // P of the last segment
   T smallest_pivot;  // of P
   T started;         // 1 after the first segment, else 0
 };
+
+/// Takes the section at position d for the origin: moments about it, K's and Y's twists at it (README.md, 5).
+template <class T>
+TENDRIL_INLINE void moveOrigin(const T* d, LightChart<T>& chart, Walk<T>& walk) {
+  chart.moment[0] = chart.moment[0] - d[1] * chart.force;
+  chart.moment[1] = chart.moment[1] + d[0] * chart.force;
+  // K: v - d x w, row by row
+#pragma GCC unroll 3
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+#pragma GCC unroll 6
+    for (int c = 0; c < 6; ++c) {
+      T& v = walk.k[6 * (3 + i) + c];
+      v = v - (d[j] * walk.k[6 * k + c] - d[k] * walk.k[6 * j + c]);
+    }
+    walk.origin[i] = walk.origin[i] + d[i];
+  }
+  // Y: T^T Y T with T = [1 0; d^ 1]: columns, then rows
+#pragma GCC unroll 6
+  for (int r = 0; r < 6; ++r) {
+    T* row = walk.y + 6 * r;
+#pragma GCC unroll 3
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;  // (d^)_ki = d_j, (d^)_ji = -d_k
+      row[i] = row[i] + (d[j] * row[3 + k] - d[k] * row[3 + j]);
+    }
+  }
+#pragma GCC unroll 6
+  for (int c = 0; c < 6; ++c)
+#pragma GCC unroll 3
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      walk.y[6 * i + c] =
+          walk.y[6 * i + c] + (d[j] * walk.y[6 * (3 + k) + c] - d[k] * walk.y[6 * (3 + j) + c]);
+    }
+}
 
 /// h S = Ad_q (h C^-1) Ad_q^T.
 template <class T, class C>
@@ -199,10 +237,10 @@ TENDRIL_INLINE void complianceInBaseAxes(const C& chart, const T* r, const T* p,
     }
 }
 
-/// Passes the segment with matrix x.
+/// Passes the segment with matrix x; everything about the section at its start.
 template <class T, class C>
 [[gnu::noinline]] void passSegment(const C& chart, const T* x, Walk<T>& walk) {
-  // K <- K + X + X B K with B = [m^ n^; n^ 0] and n = (0, 0, force)
+  // K <- K + X (L + B K) with B = [m^ n^; n^ 0], n = (0, 0, force) and L = [1, -origin^; 0 1] da about here
   T bk[36];
 #pragma GCC unroll 6
   for (int c = 0; c < 6; ++c) {
@@ -217,6 +255,12 @@ template <class T, class C>
   }
 #pragma GCC unroll 6
   for (int i = 0; i < 6; ++i) bk[7 * i] = bk[7 * i] + 1.0;
+#pragma GCC unroll 3
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;  // -(origin^)_ij = origin_k, -(origin^)_ik = -origin_j
+    bk[6 * i + 3 + j] = bk[6 * i + 3 + j] + walk.origin[k];
+    bk[6 * i + 3 + k] = bk[6 * i + 3 + k] - walk.origin[j];
+  }
 #pragma GCC unroll 6
   for (int i = 0; i < 6; ++i)
 #pragma GCC unroll 6
@@ -273,6 +317,7 @@ void joints(const KernelRod& properties, std::span<const AlignedWrench> wrenches
   const auto load = [&](int l) {
     rods.load(l, properties, wrenches[next], next);
     for (int i = 0; i < 36; ++i) lanes(walk.k[i])[l] = 0, lanes(walk.y[i])[l] = 0;
+    for (int i = 0; i < 3; ++i) lanes(walk.origin[i])[l] = 0;
     lanes(walk.started)[l] = 0;
     unstable[l] = false;
     ++next;
@@ -288,6 +333,8 @@ void joints(const KernelRod& properties, std::span<const AlignedWrench> wrenches
     T left, right;
     if (std::any_of(rods.left, rods.left + N, [](int n) { return n == kStepsPerSegment; }))
       marginsAtEnd(rods.chart, rods.y, margin, walk, left, right);
+    moveOrigin(rods.y + 4, rods.chart, walk);
+    for (int i = 0; i < 3; ++i) rods.y[4 + i] = broadcast<T>(0);
     for (int l = 0; l < N; ++l) {
       if (rods.left[l] == 0) continue;
       rods.left[l] -= kStepsPerSegment;
@@ -297,6 +344,7 @@ void joints(const KernelRod& properties, std::span<const AlignedWrench> wrenches
       if (!last && !(stop && unstable[l])) continue;
       JointEnd& end = ends[rods.rod[l]];
       rods.store(l, end.path);
+      for (int i = 0; i < 3; ++i) end.path.position[i] = lanes(walk.origin[i])[l];
       for (int i = 0; i < 36; ++i) end.k[i] = lanes(walk.k[i])[l];
       end.screening = unstable[l] ? Screening::unstable : screeningOf(lanes(left)[l], lanes(right)[l]);
       rods.left[l] = 0;
@@ -522,10 +570,11 @@ void singleJoint(const KernelRod& properties, const AlignedWrench& wrench, doubl
   const Steps steps = {0, 1.0 / wrench.steps, kStepsPerSegment, properties.kappa0};
   Light model = modelOf<Light>(rod, steps);
   Walk<double> walk = {};
-  double y[kState] = {};
+  double y[kState] = {}, left = 0, right = 0;
   std::copy_n(wrench.rotation, 4, y);
   bool unstable = false;
   for (int step = 0; step < wrench.steps && !(stop && unstable); step += kStepsPerSegment) {
+    const bool last = step + kStepsPerSegment >= wrench.steps;
     Columns<Lanes<N>> columns[kBlocks<N>];
     startColumns<Light, N>(model, y, columns);
     walkColumns<Light, N>(model, rod, steps, y, nullptr, columns);
@@ -534,14 +583,15 @@ void singleJoint(const KernelRod& properties, const AlignedWrench& wrench, doubl
     double x[36];
     columnsInBaseAxes<N>(s.r, y + 4, columns, x);
     passSegment(model.chart, x, walk);
-    unstable = unstable || (!(walk.smallest_pivot > 0) && step + kStepsPerSegment < wrench.steps);
+    unstable = unstable || (!(walk.smallest_pivot > 0) && !last);
+    if (last) marginsAtEnd(model.chart, y, margin, walk, left, right);
+    moveOrigin(y + 4, model.chart, walk);
+    std::fill_n(y + 4, 3, 0.0);
   }
   std::copy_n(y, 4, end.path.rotation);
-  std::copy_n(y + 4, 3, end.path.position);
+  std::copy_n(walk.origin, 3, end.path.position);
   end.path.energy = y[kEnergy];
   std::copy_n(walk.k, 36, end.k);
-  double left, right;
-  marginsAtEnd(model.chart, y, margin, walk, left, right);
   end.screening = unstable ? Screening::unstable : screeningOf(left, right);
 }
 

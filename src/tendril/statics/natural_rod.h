@@ -28,7 +28,7 @@ struct Accuracy {
 };
 inline constexpr Accuracy kScreening{0.7, 5e-3};  // a verdict where it is clear
 inline constexpr Accuracy kQuick{1, 2e-3};        // an end, and its Jacobian
-inline constexpr Accuracy kFine{3, 1e-6};         // whatever is handed out; errors 3^-8 of the above
+inline constexpr Accuracy kFine{4, 1e-6};         // whatever is handed out; errors 4^-8 of the above
 
 /// What is constant of a rod. Throws InputError unless length and every c_i are finite and > 0.
 struct NaturalRod {
