@@ -40,7 +40,8 @@ struct RodProperties {
 [[nodiscard]] Vector6 stiffnessOfRoundRod(double young_modulus, double shear_modulus, double radius,
                                           double shear_correction = 1.0);
 
-/// Strain of the rod, eq. (3): u_i = mu_i / c_i = (twist, bending, bending [1/m]; stretch, shear, shear [-]).
+/// Strain of the rod, eq. (3): u_i = mu_i / c_i = (twist, bending, bending [1/m]; stretch, shear, shear [-]),
+/// counted from the shape at rest: kappa = rest curvature + (u1, u2, u3).
 ///   mu = (m; n): internal moment [N m] and force [N], in the material frame.
 [[nodiscard]] inline Vector6 strain(const Vector6& mu, const Vector6& c) { return mu.cwiseQuotient(c); }
 

@@ -122,7 +122,7 @@ class RodSampler {
   ~RodSampler();
   RodSampler(RodSampler&&) noexcept;
 
-  /// The next rod, valid until the next call; null after 200,000 draws in a row without one.
+  /// The next rod, valid until the next call; null after some 200,000 draws in a row without one.
   [[nodiscard]] const Equilibrium* next();
 
  private:
@@ -164,18 +164,17 @@ struct ChartStation {
 /// A quasi-static motion of the grippers from one stable equilibrium to another, through stable ones only.
 struct ChartPath {
   bool connected = false;
-  std::vector<ChartStation>
-      stations;  // from start to goal; neighbours differ by a stride at most; empty if not connected
+  std::vector<ChartStation> stations;  // from start to goal; empty if not connected
   /// Where the straight way through the chart is first unstable, if it is: the part of the way that was gone,
   /// and the wrench.
   std::optional<double> lost_at;
   Vector6 lost_wrench = Vector6::Zero();
 };
 
-/// Looks for such a motion: straight in a, else by way of the unloaded rod, else by way of rods of the
-/// library; the base moves along a geodesic meanwhile. Every station is a stable rod; between stations the
-/// grippers move by at most `stride` (of L) and radians. No contact, no obstacles. Throws InputError if an
-/// end of the way is not a stable rod.
+/// Looks for such a motion: straight in a, else by way of a = 0, else by way of rods of the library; the
+/// base moves straight and by the shortest turn meanwhile. Every station is a stable rod; between stations
+/// the grippers move by at most `stride` (of L, and rad), unless the stations are 1e-4 of the way's leg
+/// apart. No contact, no obstacles. Throws InputError if an end of the way is not a stable rod.
 [[nodiscard]] ChartPath chartPath(const RodProperties& rod, const PoseAndWrench& from,
                                   const PoseAndWrench& to, const Vector3& gravity = Vector3::Zero(),
                                   double stride = 0.02);

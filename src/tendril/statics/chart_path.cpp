@@ -18,9 +18,9 @@ struct Leg {
   Vector6 from, to;
   bool shrinking = false;  // (s^2-law below) instead of a straight line: from `from` to 0, or from 0 to `to`
 
-  /// A part [0, x] of a stable rod is a stable rod; blown up to length 1 it carries (x m, x^2 n). For a rod
-  /// that neither stretches nor shears that is a rod of the same stiffness, so this way from x = 1 to 0 is
-  /// stable all along; for other rods nearly.
+  /// A part [0, x] of a stable rod is a stable rod; blown up to length 1 it carries (x m, x^2 n). If it
+  /// neither stretches nor shears, is straight at rest and has no weight, that is a rod of the same kind, so
+  /// this way from x = 1 to 0 is stable all along; for other rods nearly.
   [[nodiscard]] Vector6 at(double s) const {
     if (!shrinking) return (1 - s) * from + s * to;
     const bool down = to.isZero(0);

@@ -55,8 +55,9 @@ TENDRIL_INLINE void invertFactorised(const T* a, T* out) {
     }
 }
 
-/// The symmetric part of X^-1. X = X(t) of a segment free of conjugate points: its symmetric part is positive
-/// definite, so elimination needs no pivoting.
+/// The symmetric part of X^-1. X = X(t) of a segment free of conjugate points is regular. Its elimination
+/// does not pivot, so that lanes stay together: safe where sym(X) is definite, as it is in short segments; in
+/// long ones a pivot may come near zero, which costs digits (README.md, 11).
 template <class T>
 TENDRIL_INLINE void symmetricInverse(const T* x, T* out) {
   T a[36], b[36];

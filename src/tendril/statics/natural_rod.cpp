@@ -62,7 +62,7 @@ double NaturalRod::turning(const Vector6& a) const {
   // |n| is at most `force`. With H = sum mu_i^2/2c_i + m.kappa0 + n1 and x^2 the largest sum m_i^2/c_i along
   // the rod,
   //   x^2/2 <= H + force + x (sum c_i kappa0_i^2)^(1/2), where H grows by no more than the weight times the
-  //   way down the rod.
+  //   way from the base. An estimate where kappa0 changes along the rod: H jumps there.
   const double w = weight.norm(), force = a.tail<3>().norm() + w;
   const double h = 0.5 * a.cwiseAbs2().cwiseQuotient(c).sum() + a[3] + a.head<3>().norm() * largest_kappa0 +
                    w * (1 + force / c.tail<3>().minCoeff());

@@ -7,9 +7,9 @@
 
 namespace tendril::verification {
 
-/// The first state is the scenario's start to 2e-3 L and 0.02 rad. With no gravity, and unless the solution
-/// is a simulation (which may start from any shape): every node, against the start's equilibrium. Otherwise
-/// the frames which the start itself gives: the first node's, or both ends'.
+/// The first state is the scenario's start to 2e-3 L and 0.02 rad: every node, against the start's
+/// equilibrium under the scenario's gravity. Of a simulation, which may start from any shape, only the frames
+/// which the start itself gives: the first node's, or both ends'.
 [[nodiscard]] Check checkStart(const Solution& solution, const FaceTree& faces);
 
 /// The last state is in the goal region. Fails with "not reached" if the solution does not claim to be
