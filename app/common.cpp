@@ -133,6 +133,7 @@ nlohmann::json toJson(const Equilibrium& equilibrium, bool with_nodes) {
       {"base", tendril::toJson(equilibrium.base)},
       {"end", tendril::toJson(equilibrium.nodes.back())},
       {"energy_j", equilibrium.energy},
+      {"weight_energy_j", equilibrium.weight_energy},
       {"stable", equilibrium.stability == Stability::stable},
       {"first_conjugate_t", nullptr}};
   if (equilibrium.first_conjugate_t) json["first_conjugate_t"] = *equilibrium.first_conjugate_t;
@@ -147,6 +148,8 @@ std::string describe(const Equilibrium& equilibrium) {
       "wrench [{:.6g} {:.6g} {:.6g}] N m [{:.6g} {:.6g} {:.6g}] N, end at [{:.6g} {:.6g} {:.6g}] m, {:.6g} "
       "J, ",
       a[0], a[1], a[2], a[3], a[4], a[5], p[0], p[1], p[2], equilibrium.energy);
+  if (equilibrium.weight_energy != 0)
+    line += fmt::format("{:+.6g} J of its weight, ", equilibrium.weight_energy);
   switch (equilibrium.stability) {
     case Stability::stable:
       return line + "stable";

@@ -11,6 +11,9 @@ namespace {
 /// Steps per radian of `turning` for an error of 1e-6 L in one rod of a hundred (bench/statics.cpp measures
 /// it).
 constexpr double kStepsPerRadian = 0.92;
+/// Of the waves under a moment, what counts as turning: less than 1, since a segment takes more of them than
+/// of other turning.
+constexpr double kMomentWaves = 0.6;
 constexpr double kLargestRate = 1e4;
 
 }  // namespace
@@ -68,7 +71,11 @@ double NaturalRod::turning(const Vector6& a) const {
                    w * (1 + force / c.tail<3>().minCoeff());
   const double b = std::sqrt(stiffest) * largest_kappa0;
   const double x = b + std::sqrt(b * b + 2 * std::max(0.0, h + force));
-  return std::max(x, std::sqrt(force)) / std::sqrt(softness) + largest_kappa0;
+  // Small deflections turn with the rod, with the waves of a strut, force^(1/2), and with those under a
+  // moment about the axis i, |m_i| / (c_j c_k)^(1/2) <= x c_i / (c1 c2 c3)^(1/2), which are the shorter ones
+  // where one stiffness is far above the others.
+  const double under_moment = kMomentWaves * x * stiffest / std::sqrt(c[0] * c[1] * c[2]);
+  return std::max(std::max(x, std::sqrt(force)) / std::sqrt(softness), under_moment) + largest_kappa0;
 }
 
 double NaturalRod::leastStretch(const Vector6& a) const {

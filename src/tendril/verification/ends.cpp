@@ -14,7 +14,8 @@ constexpr double kStartPosition = 2e-3;  // of L
 constexpr double kStartAngle = 0.02;     // rad
 
 /// The shapes a placement stands for: the stable, contact-free equilibrium of least energy, or several whose
-/// energies are equal to 1e-6 (mirror images, say). Empty, with the reason in `problem`, if there is none.
+/// energies are equal to 1e-6 EI/L (mirror images, say). Empty, with the reason in `problem`, if there is
+/// none.
 std::vector<RodShape> shapesOf(const Placement& placement, const Scenario& scenario, const FaceTree& faces,
                                std::string& problem) {
   const std::vector<Equilibrium> equilibria =
@@ -25,10 +26,12 @@ std::vector<RodShape> shapesOf(const Placement& placement, const Scenario& scena
     return {equilibria.front().nodes};
   std::vector<RodShape> shapes;
   double least_energy = 0;
+  const double same = 1e-6 * scenario.rod.bendingStiffness() / scenario.rod.length;
   for (const Equilibrium& equilibrium : equilibria) {
-    if (!shapes.empty() && equilibrium.energy > least_energy * (1 + 1e-6)) break;
+    const double energy = equilibrium.energy + equilibrium.weight_energy;
+    if (!shapes.empty() && energy > least_energy + same) break;
     if (!isClear(equilibrium.nodes, scenario.rod, faces)) continue;
-    if (shapes.empty()) least_energy = equilibrium.energy;
+    if (shapes.empty()) least_energy = energy;
     shapes.push_back(equilibrium.nodes);
   }
   if (equilibria.empty())
