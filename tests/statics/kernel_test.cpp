@@ -162,7 +162,7 @@ TEST(Kernel, ARodsNumbersDependNeitherOnItsNeighboursNorOnTheirNumber) {
       EXPECT_TRUE(sameBits(other_paths[count - 1 - i], paths[i]));
       expectSame(other_joints[count - 1 - i], joints[i], true);
     }
-    for (std::size_t n = 0; n < 20; ++n) {
+    for (std::size_t n = 0; 2 * n <= count; ++n) {
       const std::span<const AlignedWrench> few(wrenches.data() + n, n);
       k->paths(rod.kernel, few, other_paths.data());
       k->joints(rod.kernel, few, 2e-3, false, other_joints.data());
