@@ -1,9 +1,8 @@
-/// Micro-benchmarks: one time step, free and in contact, and one equilibrium. Build with
+/// Micro-benchmarks: one time step, free and in contact. Build with
 /// -DTENDRIL_BENCHMARKS=ON, run build/release/bench/bench_micro.
 #include <benchmark/benchmark.h>
 
 #include "dynamics/scenes.h"
-#include "tendril/statics.h"
 
 namespace {
 
@@ -38,33 +37,5 @@ BENCHMARK(BM_StepFree)->Arg(20)->Arg(40)->Arg(80);
 
 void BM_StepInATube(benchmark::State& state) { swing(state, obstaclesOf({tube(0.03, -0.3, 1.0, 19)})); }
 BENCHMARK(BM_StepInATube)->Arg(20)->Arg(40)->Arg(80);
-
-/// Stable rods to work on.
-std::vector<Vector6> wrenches(const RodProperties& rod) {
-  EquilibriumIntegrator integrator(rod);
-  Random random(1);
-  std::vector<Vector6> all;
-  for (int k = 0; k < 100; ++k) all.push_back(sampleStable(integrator, rod, {}, random).wrench);
-  return all;
-}
-
-void BM_EquilibriumShape(benchmark::State& state) {
-  const RodProperties rod = rodScenario(5e7, 40).rod;
-  const std::vector<Vector6> all = wrenches(rod);
-  EquilibriumIntegrator integrator(rod);
-  Equilibrium out;
-  std::size_t k = 0;
-  for (auto _ : state) benchmark::DoNotOptimize(integrator.shape({}, all[k++ % all.size()], out));
-}
-BENCHMARK(BM_EquilibriumShape);
-
-void BM_EquilibriumStability(benchmark::State& state) {
-  const RodProperties rod = rodScenario(5e7, 40).rod;
-  const std::vector<Vector6> all = wrenches(rod);
-  EquilibriumIntegrator integrator(rod);
-  std::size_t k = 0;
-  for (auto _ : state) benchmark::DoNotOptimize(integrator.isStable(all[k++ % all.size()]));
-}
-BENCHMARK(BM_EquilibriumStability);
 
 }  // namespace

@@ -35,11 +35,12 @@ TEST(Simulation, SettlesOntoTheStaticShapeForTheSameGrippers) {
     s.simulation.drag = 0.5;
     s.simulation.time_step = 0.1;
     const RodModel model(s, o);
-    EquilibriumIntegrator integrator(s.rod);
-    Random random(5);
+    SamplingSpace space;
+    space.box = {.moment = 4, .force = 20};
+    RodSampler sampler(s.rod, space, 5);
     double largest = 0;
     for (int trial = 0; trial < 10; ++trial) {
-      const Equilibrium rod = sampleStable(integrator, s.rod, {.moment = 4, .force = 20}, random);
+      const Equilibrium& rod = *sampler.next();
       RodState state = RodState::atRest(rod.nodes);
       RodWorkspace workspace;
       // The clamp's springs give by wrench over stiffness; aim so that the end frames come to rest where they

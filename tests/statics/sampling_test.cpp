@@ -1,7 +1,7 @@
-// Sampling the chart, self-distance, fitting both ends.
-#include <gtest/gtest.h>
+// Drawing static rods; the distance of a rod to itself.
+#include <algorithm>
 
-#include "reference.h"
+#include "heavy_reference.h"
 #include "tendril/geometry.h"
 
 namespace tendril {
@@ -15,7 +15,7 @@ double selfDistanceOfAllPairs(const RodShape& shape, const RodProperties& rod) {
   const double h = rod.length / static_cast<double>(elements);
   for (std::size_t i = 0; i < elements; ++i)
     for (std::size_t j = i + 1; j < elements; ++j)
-      if (static_cast<double>(j - i - 1) * h > M_PI * rod.radius)
+      if (static_cast<double>(j - i - 1) * h > kPi * rod.radius)
         smallest = std::min(smallest, closestPointsOfSegments(shape[i].position, shape[i + 1].position,
                                                               shape[j].position, shape[j + 1].position)
                                           .distance);
@@ -38,148 +38,187 @@ TEST(Statics, SelfDistanceOfATooShortRodIsInfiniteAndOfACircleItsGap) {
   RodProperties rod = rodOf(roundStiffness(), 100);
   EquilibriumIntegrator integrator(rod);
   Equilibrium e;
-  (void)integrator.shape({}, vector6(0, 2 * M_PI, 0, 0, 0, 0), e);
+  (void)integrator.shape({}, vector6(0, 2 * kPi, 0, 0, 0, 0), e);
   rod.radius = 0.01;
   EXPECT_LT(selfDistance(e.nodes, rod), 1e-7);
   rod.radius = 1;
   EXPECT_EQ(selfDistance(e.nodes, rod), std::numeric_limits<double>::infinity());
 }
 
-TEST(Statics, SampledRodsAreStableClearOfThemselvesInTheBoxAndReproducible) {
+bool sameRod(const Equilibrium& a, const Equilibrium& b) {
+  bool same = a.wrench == b.wrench && a.energy == b.energy && a.weight_energy == b.weight_energy &&
+              a.stability == b.stability && a.nodes.size() == b.nodes.size();
+  for (std::size_t i = 0; same && i < a.nodes.size(); ++i)
+    same = a.nodes[i].position == b.nodes[i].position &&
+           a.nodes[i].rotation.coeffs() == b.nodes[i].rotation.coeffs();
+  return same;
+}
+
+/// A slab with its normal along z, from z = low to high, wider than any workspace here.
+Obstacles slab(double low, double high) {
+  TriangleMesh mesh;
+  for (int i = 0; i < 8; ++i)
+    mesh.vertices.emplace_back((i & 1) ? 5 : -5, (i & 2) ? 5 : -5, (i & 4) ? high : low);
+  mesh.faces = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  return Obstacles(std::span<const TriangleMesh>(&mesh, 1));
+}
+
+TEST(Sampler, RodsAreStableInTheBoxInsideTheWorkspaceClearOfObstaclesAndOfThemselves) {
   RodProperties rod = rodOf(7 * roundStiffness(), 40, 2);
   rod.radius = 0.02;
-  EquilibriumIntegrator integrator(rod);
-  Random random(22), again(22);
+  const Obstacles obstacles = slab(-0.1, 0.1);
+  SamplingSpace space;
+  space.box = {.moment = 5, .force = 30};
+  space.workspace = Eigen::AlignedBox3d(Vector3(-1, -2, -1.5), Vector3(2, 1, 1.5));
+  space.obstacles = &obstacles;
   const double ei = rod.bendingStiffness();
-  const SamplingBox box{.moment = 5, .force = 30};
-  for (int trial = 0; trial < 30; ++trial) {
-    const Equilibrium e = sampleStable(integrator, rod, box, random);
-    EXPECT_EQ(e.stability, Stability::stable);
-    EXPECT_FALSE(e.first_conjugate_t);
-    EXPECT_GT(selfDistance(e.nodes, rod), 2 * rod.radius);
-    EXPECT_LE(e.wrench.head<3>().cwiseAbs().maxCoeff(), 5 * ei / 2);
-    EXPECT_LE(e.wrench.tail<3>().cwiseAbs().maxCoeff(), 30 * ei / 4);
-    EquilibriumIntegrator fresh(rod);
-    const Equilibrium same = sampleStable(fresh, rod, box, again);
-    EXPECT_EQ(e.wrench, same.wrench);
-    EXPECT_EQ(e.nodes.back().position, same.nodes.back().position);
-  }
-}
-
-TEST(Statics, AboutThreeInTenWrenchesOfTheDefaultBoxAreStable) {
-  EquilibriumIntegrator integrator(rodOf(roundStiffness()));
-  Random random(23);
-  int stable = 0;
-  for (int trial = 0; trial < 2000; ++trial)
-    stable += integrator.isStable(randomWrench(random, 2 * M_PI, 40));
-  EXPECT_NEAR(stable / 2000.0, 0.28, 0.05);
-}
-
-#ifdef NDEBUG
-constexpr int kPoses = 60;
-#else
-constexpr int kPoses = 8;  // a fit takes a second under the sanitizers, ten milliseconds without
-#endif
-
-TEST(Statics, FitEndsFindsAStableRodForEveryReachablePairOfPoses) {
-  for (const Vector6& natural : {roundStiffness(), unevenStiffness()}) {
-    // Half a metre long and 128 times softer, in its own units the same rod.
-    Vector6 c = natural / 128;
-    c.tail<3>() *= 4;
-    RodProperties rod = rodOf(c, 20, 0.5);
-    rod.radius = 0.005;
-    EquilibriumIntegrator integrator(rod);
-    Random random(24);
-    int found_again = 0;
-    for (int trial = 0; trial < kPoses; ++trial) {
-      const Equilibrium drawn = sampleStable(integrator, rod, {}, random);
-      const Pose base{random.rotation(), {random.uniform(), random.uniform(), random.uniform()}};
-      const GripperPoses ends{base, base * drawn.nodes.back()};
-      const std::vector<Equilibrium> fitted = fitEnds(rod, ends);
-      ASSERT_FALSE(fitted.empty()) << trial;
-      bool again = false;
-      for (std::size_t i = 0; i < fitted.size(); ++i) {
-        const Equilibrium& e = fitted[i];
-        EXPECT_EQ(e.stability, Stability::stable);
-        EXPECT_EQ(e.nodes.front().position, ends.first.position);
-        EXPECT_LT((e.nodes.back().position - ends.last.position).norm(), 1e-9);
-        EXPECT_LT(angleBetween(e.nodes.back().rotation, ends.last.rotation), 1e-9);
-        EXPECT_LE(fitted[i > 0 ? i - 1 : 0].energy, e.energy);
-        for (std::size_t j = 0; j < i; ++j)
-          EXPECT_GT((e.wrench - fitted[j].wrench).norm(), 1e-7 * e.wrench.norm());
-        again = again || (e.wrench - drawn.wrench).norm() < 1e-6 * drawn.wrench.norm();
-      }
-      found_again += again;
+  RodSampler sampler(rod, space, 22);
+  EquilibriumIntegrator integrator(rod);
+  int above = 0, below = 0;
+  Vector3 turned = Vector3::Zero();
+  for (int trial = 0; trial < 60; ++trial) {
+    const Equilibrium* e = sampler.next();
+    ASSERT_TRUE(e);
+    EXPECT_EQ(e->stability, Stability::stable);
+    EXPECT_FALSE(e->first_conjugate_t);
+    EXPECT_GT(selfDistanceOfAllPairs(e->nodes, rod), 2 * rod.radius);
+    EXPECT_LE(e->wrench.head<3>().cwiseAbs().maxCoeff(), 5 * ei / 2);
+    EXPECT_LE(e->wrench.tail<3>().cwiseAbs().maxCoeff(), 30 * ei / 4);
+    Equilibrium again;
+    ASSERT_EQ(integrator.solve(e->base, e->wrench, again), ChartStatus::equilibrium);
+    EXPECT_TRUE(sameRod(*e, again));
+    for (std::size_t i = 0; i < e->nodes.size(); ++i) {
+      EXPECT_TRUE(space.workspace->contains(e->nodes[i].position));
+      // wholly on one side of the slab, a radius away
+      const double z = e->nodes[i].position.z();
+      EXPECT_GT(std::abs(z), 0.1 + rod.radius);
+      EXPECT_EQ(z > 0, e->base.position.z() > 0);
     }
-    // The drawn rod itself is among the solutions 96 and 82 times in 100, measured over 200 draws.
-    EXPECT_GE(found_again, kPoses * 6 / 10);
+    ++(e->base.position.z() > 0 ? above : below);
+    turned += e->base.rotation * Vector3::UnitX();
+  }
+  EXPECT_GT(above, 5);
+  EXPECT_GT(below, 5);
+  EXPECT_LT(turned.norm() / 60, 0.5);  // bases face all ways
+}
+
+TEST(Sampler, RodsAreTheSameHoweverManyThreadsDrawThem) {
+  const RodProperties rod = rodOf(unevenStiffness(), 10);
+  SamplingSpace space;
+  space.workspace = Eigen::AlignedBox3d(Vector3::Constant(-1), Vector3::Constant(1));
+  for (const bool heavy : {false, true}) {
+    if (heavy) space.gravity = gravityFor(rod, 20, {0, 0, -1});
+    constexpr std::size_t kCount = 150;
+    const std::vector<Equilibrium> one = sampleRods(rod, space, 5, kCount, 1);
+    ASSERT_EQ(one.size(), kCount);
+    RodSampler sampler(rod, space, 5);
+    for (const Equilibrium& e : one) {
+      const Equilibrium* next = sampler.next();
+      ASSERT_TRUE(next);
+      EXPECT_TRUE(sameRod(*next, e));
+    }
+    for (const int threads : {2, 5}) {
+      const std::vector<Equilibrium> many = sampleRods(rod, space, 5, kCount, threads);
+      ASSERT_EQ(many.size(), kCount);
+      for (std::size_t i = 0; i < kCount; ++i) EXPECT_TRUE(sameRod(one[i], many[i])) << threads << " " << i;
+    }
+    const std::vector<Equilibrium> fewer = sampleRods(rod, space, 5, 7, 2);
+    ASSERT_EQ(fewer.size(), 7U);
+    for (std::size_t i = 0; i < 7; ++i) EXPECT_TRUE(sameRod(one[i], fewer[i]));
+    EXPECT_FALSE(sameRod(one[0], sampleRods(rod, space, 6, 1).front()));
   }
 }
 
-TEST(Statics, FitEndsFindsTheStraightUnloadedRodFirst) {
-  const RodProperties rod = rodOf(roundStiffness(), 10, 1);
-  const Pose base{Quaternion(Eigen::AngleAxisd(1, Vector3(1, 2, 3).normalized())), {3, 2, 1}};
-  const std::vector<Equilibrium> fitted =
-      fitEnds(rod, {base, base * Pose{Quaternion::Identity(), Vector3::UnitX()}});
-  ASSERT_FALSE(fitted.empty());
-  EXPECT_LT(fitted[0].energy, 1e-12);
-  EXPECT_LT(fitted[0].wrench.norm(), 1e-8);
+TEST(Sampler, AWorkspaceTooSmallForAnyRodYieldsNoneWhateverTheThreads) {
+  const RodProperties rod = rodOf(roundStiffness(), 4);
+  SamplingSpace space;
+  space.workspace = Eigen::AlignedBox3d(Vector3::Zero(), Vector3::Constant(0.02));
+  space.stable_only = false;
+  RodSampler sampler(rod, space, 1);
+  EXPECT_EQ(sampler.next(), nullptr);
+  EXPECT_EQ(sampler.next(), nullptr);
+  EXPECT_TRUE(sampleRods(rod, space, 1, 1, 2).empty());
 }
 
-TEST(Statics, FitEndsFindsBothMirrorImagesOfABuckledStrut) {
-  // Ends half a length apart on one axis: the elastica, bent to any side; the least energy is the same for
-  // all.
-  const std::vector<Equilibrium> fitted =
-      fitEnds(rodOf(unevenStiffness(), 10), {{}, {Quaternion::Identity(), {0.6, 0, 0}}});
-  ASSERT_GE(fitted.size(), 2U);
-  EXPECT_NEAR(fitted[0].energy, fitted[1].energy, 1e-6 * fitted[0].energy);
-  EXPECT_GT((fitted[0].wrench - fitted[1].wrench).norm(), 1);
+TEST(Sampler, WithUnstableRodsTooTheWrenchIsUniformInTheBox) {
+  RodProperties rod = rodOf(roundStiffness(), 10);
+  rod.radius = 1e-6;  // hardly ever in its own way
+  SamplingSpace space;
+  space.stable_only = false;
+  constexpr std::size_t kCount = 3000;
+  const std::vector<Equilibrium> rods = sampleRods(rod, space, 9, kCount, 2);
+  ASSERT_EQ(rods.size(), kCount);
+  int unstable = 0;
+  for (int k = 0; k < 6; ++k) {
+    std::vector<double> share;
+    for (const Equilibrium& e : rods)
+      share.push_back(e.wrench[k] / (k < 3 ? space.box.moment : space.box.force));
+    std::sort(share.begin(), share.end());
+    double largest = 0;  // Kolmogorov and Smirnov: 1.95 / sqrt(n) once in a thousand
+    for (std::size_t i = 0; i < kCount; ++i)
+      largest = std::max(largest, std::abs(static_cast<double>(i) / kCount - 0.5 * (share[i] + 1)));
+    EXPECT_LT(largest, 1.95 / std::sqrt(kCount)) << k;
+  }
+  for (const Equilibrium& e : rods) {
+    unstable += e.stability == Stability::unstable;
+    EXPECT_EQ(e.base.position, Vector3(0, 0, 0));  // no workspace: the world's frame
+  }
+  EXPECT_NEAR(unstable / static_cast<double>(kCount), 0.73, 0.03);
 }
 
-TEST(Statics, CoaxialEndsOfARodThatBendsAlikeAllRoundHoldACircleOfMarginalRods) {
-  // Turned about the axis, a buckled strut with c2 = c3, c5 = c6 is another one between the same ends: a
-  // conjugate point at 1, where Theorem 2 says nothing. A tilted end, however little, singles one out.
-  const RodProperties rod = rodOf(roundStiffness(), 10);
-  EXPECT_TRUE(fitEnds(rod, {{}, {Quaternion::Identity(), {0.9, 0, 0}}}).empty());
-  EXPECT_FALSE(fitEnds(rod, {{}, {expSO3({0, 0, 0.01}), {0.9, 0, 0}}}).empty());
+TEST(Sampler, AboutTwentySevenWrenchesOfTheDefaultBoxInAHundredAreStable) {
+  EquilibriumBatch batch(rodOf(roundStiffness()));
+  Random random(23);
+  constexpr std::size_t kCount = 10000;
+  std::vector<Vector6> wrenches;
+  for (std::size_t i = 0; i < kCount; ++i) wrenches.push_back(randomWrench(random, 2 * kPi, 40));
+  const auto stable = std::make_unique<bool[]>(kCount);
+  batch.areStable(wrenches, {stable.get(), kCount});
+  EXPECT_NEAR(static_cast<double>(std::count(stable.get(), stable.get() + kCount, true)) / kCount, 0.27,
+              0.015);
 }
 
-TEST(Statics, FitEndsFindsTheLeastEnergyOfACompressedRodWithItsEndsOffset) {
-  // The rod bows out of the plane of its offset ends, to either side alike, at 1.483 J; twisted ones hold 6.8
-  // J and more.
-  RodProperties rod;
-  rod.c = stiffnessOfRoundRod(5e7, 2e7, 0.01);
-  rod.elements = 20;
-  const std::vector<Equilibrium> found = fitEnds(rod, {{}, {Quaternion::Identity(), {0.9, 0.1, 0}}});
-  ASSERT_GE(found.size(), 2U);
-  EXPECT_NEAR(found[0].energy, 1.483, 1e-3);
-  EXPECT_NEAR(found[1].energy, found[0].energy, 1e-6);
-  EXPECT_NEAR(found[0].nodes[10].position.z(), -found[1].nodes[10].position.z(), 1e-6);
-  EXPECT_GT(std::abs(found[0].nodes[10].position.z()), 0.01);
-}
-
-TEST(Statics, FitEndsGivesTheSameBytesEveryTime) {
-  const RodProperties rod = rodOf(roundStiffness(), 10);
-  const GripperPoses ends{{}, {expSO3({0.3, -0.8, 0.9}), {0.5, 0.3, -0.2}}};
-  const auto one = fitEnds(rod, ends), two = fitEnds(rod, ends);
-  ASSERT_EQ(one.size(), two.size());
-  ASSERT_FALSE(one.empty());
-  for (std::size_t i = 0; i < one.size(); ++i) {
-    EXPECT_EQ(one[i].wrench, two[i].wrench);
-    EXPECT_EQ(one[i].nodes.back().position, two[i].nodes.back().position);
+TEST(Sampler, StableRodsAreTheStableOnesAmongAll) {
+  RodProperties rod = rodOf(unevenStiffness(), 10);
+  for (const double gamma : {0.0, 30.0}) {
+    SamplingSpace space;
+    space.gravity = gravityFor(rod, gamma, {0, 0.2, -1});
+    const std::vector<Equilibrium> stable = sampleRods(rod, space, 4, 60);
+    space.stable_only = false;
+    std::size_t next = 0;
+    for (const Equilibrium& e : sampleRods(rod, space, 4, 400)) {
+      if (e.stability != Stability::stable || next == stable.size()) continue;
+      EXPECT_TRUE(sameRod(e, stable[next++]));
+    }
+    EXPECT_GT(next, 20U);
   }
 }
 
-TEST(Statics, EndsOutOfReachHaveNoEquilibrium) {
-  EXPECT_TRUE(fitEnds(rodOf(roundStiffness()), {{}, {Quaternion::Identity(), {3, 0, 0}}}).empty());
-}
-
-TEST(Statics, APlacementByPoseAndWrenchIsOneStableRodOrNone) {
-  const RodProperties rod = rodOf(roundStiffness());
-  EXPECT_EQ(equilibriaOf(rod, PoseAndWrench{{}, vector6(0, 1, 0, 0, 0, 0)}).size(), 1U);
-  EXPECT_TRUE(equilibriaOf(rod, PoseAndWrench{{}, vector6(0, 0, 0, -60, 0, 0)}).empty());
-  EXPECT_TRUE(equilibriaOf(rod, PoseAndWrench{{}, vector6(0, 0, 0, -1e5, 0, 0)}).empty());
-  EXPECT_FALSE(equilibriaOf(rod, GripperPoses{{}, {Quaternion::Identity(), {0.9, 0.1, 0}}}).empty());
+TEST(Sampler, HeavyRodsAreStableUnderTheirWeightAndTheirForceBoxFollowsIt) {
+  const RodProperties rod = rodOf(roundStiffness(), 10);
+  SamplingSpace space;
+  space.gravity = gravityFor(rod, 60, {0, 0, -1});
+  space.box = {.moment = 4, .force = 15};
+  space.workspace = Eigen::AlignedBox3d(Vector3::Constant(-1), Vector3::Constant(1));
+  EquilibriumIntegrator integrator(rod, space.gravity);
+  const HeavyRod heavy(rod, space.gravity);
+  double mean = 0;
+  const std::vector<Equilibrium> rods = sampleRods(rod, space, 8, 200, 2);
+  ASSERT_EQ(rods.size(), 200U);
+  for (const Equilibrium& e : rods) {
+    EXPECT_EQ(e.stability, Stability::stable);
+    EXPECT_TRUE(integrator.isStable(e.base.rotation, e.wrench));
+    const Vector3 force = e.base.rotation * Vector3(e.wrench.tail<3>());
+    EXPECT_GT(force.z(), -60 - 15 * std::sqrt(3.0));
+    EXPECT_LT(force.z(), 15 * std::sqrt(3.0));
+    mean += force.z() / 200;
+  }
+  EXPECT_NEAR(mean, -30, 8);
+  for (int i = 0; i < 5; ++i) {
+    const Place y = endOf(heavy, startOf(rods[i].base.rotation, rods[i].wrench), 600);
+    EXPECT_LT((rods[i].base.position + y.p - rods[i].nodes.back().position).norm(), 1e-7);
+  }
 }
 
 }  // namespace

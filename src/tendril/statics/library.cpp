@@ -15,8 +15,8 @@ constexpr std::size_t kDrawsAtOnce = 1024, kMostDraws = 100 * kSize;
 constexpr char kVersion[] = "tendril rod library 1\n";
 
 /// The straight unloaded rod, rods loaded along one axis, and random stable rods of the default sampling box.
-/// A rod so soft in shear or stretch that few of the box's wrenches are stable gets the library those few
-/// make.
+/// A rod so soft in shear or stretch that the box's forces would crush it gets smaller ones; should few of
+/// these be stable it has the library those few make.
 Library build(const NaturalRod& rod) {
   NaturalRod weightless = rod;
   weightless.weight.setZero();
@@ -27,19 +27,20 @@ Library build(const NaturalRod& rod) {
       if (end.stable) library.push_back({wrenches[i], end.end, end.energy});
     });
   };
+  const SamplingBox box;
+  const double force = std::min(box.force, rod.c.tail<3>().minCoeff());
   std::vector<Vector6> wrenches = {Vector6::Zero()};
   for (int axis = 0; axis < 6; ++axis)
     for (const double part : {0.2, 0.4, 0.6, 0.8, 1.0})
       for (const double sign : {1.0, -1.0})
-        wrenches.push_back(sign * part * (axis < 3 ? 6.0 : 35.0) * Vector6::Unit(axis));
+        wrenches.push_back(sign * part * (axis < 3 ? 6.0 : 0.875 * force) * Vector6::Unit(axis));
   add(wrenches);
-  const SamplingBox box;
   Random random(kSeed);
   wrenches.resize(kDrawsAtOnce);
   for (std::size_t draws = 0; library.size() < kSize && draws < kMostDraws; draws += kDrawsAtOnce) {
     for (Vector6& a : wrenches) {
       for (int i = 0; i < 3; ++i) a[i] = random.uniform(-box.moment, box.moment);
-      for (int i = 3; i < 6; ++i) a[i] = random.uniform(-box.force, box.force);
+      for (int i = 3; i < 6; ++i) a[i] = random.uniform(-force, force);
     }
     add(wrenches);
   }
