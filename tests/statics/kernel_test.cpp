@@ -104,7 +104,8 @@ TEST(Kernel, EveryInstructionSetGivesTheSameBitsForManyRods) {
         expectSame(other_joints[i], joints[i], true);
         expectSame(other_stopped[i], stopped[i], false);
         EXPECT_EQ(stopped[i].screening, joints[i].screening);
-        EXPECT_TRUE(sameBits(paths[i].position, joints[i].path.position));
+        // the joint's origin moves from section to section: the same place but for rounding
+        EXPECT_LT((Vector3::Map(paths[i].position) - Vector3::Map(joints[i].path.position)).norm(), 1e-14);
         JointEnd alone;
         k->joint(rod.kernel, wrenches[i], 2e-3, false, alone);
         JointEnd alone_first;
@@ -324,25 +325,24 @@ TEST(Kernel, TimesToConjugatePointsPredictTheNextOne) {
   for (int i = 0; i < 4; ++i) {
     SegmentMatrices matrices;
     kernel().segment(single, {0.16 * i, 0.02, 8, kappa0}, state.data(), nullptr, matrices);
-    const Segment segment(matrices, &b);
+    // a straight rod: about each section in turn the wrench is the same
     const Pose place{Quaternion(state[3], state[0], state[1], state[2]), Vector3::Map(&state[4])};
-    const Matrix6 ad = adjoint(place);
-    const Matrix6 s = ad * rod.c.cwiseInverse().asDiagonal() * ad.transpose();
+    const Segment segment(matrices, &b, place, rod.c.cwiseInverse());
+    std::fill_n(state.begin() + 4, 3, 0.0);
     if (i == 0) {
       points.start(segment);
       continue;
     }
-    EXPECT_TRUE(points.isFree(segment));
     if (i == 3) {
-      const Vector6 times = points.timesToConjugatePoints(segment, s);
+      const Vector6 times = points.timesToConjugatePoints(segment);
       EXPECT_NEAR(times[0], 0.0012749, 1e-5);
       EXPECT_NEAR(times[1], 0.0012749, 1e-5);
       EXPECT_GT(times[2], 0.01);
     }
     ASSERT_TRUE(points.passIfFree(segment));
     if (i == 3) {
-      EXPECT_LT(points.timeLeft(s), 0.0012749);
-      EXPECT_GT(points.timeLeft(s), 0.0012749 / 6);
+      EXPECT_LT(points.timeLeft(segment), 0.0012749);
+      EXPECT_GT(points.timeLeft(segment), 0.0012749 / 6);
     }
   }
 }

@@ -192,14 +192,14 @@ TENDRIL_INLINE void moveOrigin(const T* d, LightChart<T>& chart, Walk<T>& walk) 
     }
     walk.origin[i] = walk.origin[i] + d[i];
   }
-  // Y: T^T Y T with T = [1 0; d^ 1]: columns, then rows
+  // Y: T^T Y T with T = [1 0; d^ 1]: columns, then rows; (d^)_ji = d_k, (d^)_ki = -d_j
 #pragma GCC unroll 6
   for (int r = 0; r < 6; ++r) {
     T* row = walk.y + 6 * r;
 #pragma GCC unroll 3
     for (int i = 0; i < 3; ++i) {
-      const int j = (i + 1) % 3, k = (i + 2) % 3;  // (d^)_ki = d_j, (d^)_ji = -d_k
-      row[i] = row[i] + (d[j] * row[3 + k] - d[k] * row[3 + j]);
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      row[i] = row[i] + (d[k] * row[3 + j] - d[j] * row[3 + k]);
     }
   }
 #pragma GCC unroll 6
@@ -208,7 +208,7 @@ TENDRIL_INLINE void moveOrigin(const T* d, LightChart<T>& chart, Walk<T>& walk) 
     for (int i = 0; i < 3; ++i) {
       const int j = (i + 1) % 3, k = (i + 2) % 3;
       walk.y[6 * i + c] =
-          walk.y[6 * i + c] + (d[j] * walk.y[6 * (3 + k) + c] - d[k] * walk.y[6 * (3 + j) + c]);
+          walk.y[6 * i + c] + (d[k] * walk.y[6 * (3 + j) + c] - d[j] * walk.y[6 * (3 + k) + c]);
     }
 }
 
