@@ -8,9 +8,9 @@
 namespace tendril::statics {
 namespace {
 
-constexpr double kTimeTolerance = 1e-11;    // of first_conjugate_t
-constexpr double kSecondLookMargin = 1e-4;  // of Screening, with the steps of kFine
-constexpr int kLocatingFactor = 3;  // times as many steps to locate a conjugate time as for the verdict
+constexpr double kTimeTolerance = 1e-11;              // of first_conjugate_t
+constexpr double kSecondLookMargin = 1e-4;            // of Screening, with the steps of kFine
+constexpr int kLocatingSteps = 3 * kStepsPerSegment;  // in a segment, to locate a conjugate time after kFine
 
 /// The smallest value on [0, 1] of the cubic with values f0, f1 and derivatives g0, g1 at the ends.
 double smallestOfCubic(double f0, double g0, double f1, double g1) {
@@ -232,29 +232,28 @@ void Integrator::walkThroughConjugatePoints(Verdict& verdict, bool stop) {
   if (verdict.stability == Stability::unstable) verdict.first_conjugate_t = firstConjugateTime();
 }
 
-/// Walks again in shorter steps, so that the time is far more exact than the verdict needs, up to the segment
-/// that is not free, and bisects it. At most 1.
+/// Walks again, up to the segment that is not free, and bisects it. At most 1. The segments are longer than
+/// the verdict's (as long as those of kQuick): composing many short ones loses digits, and more of them the
+/// more slender the rod.
 double Integrator::firstConjugateTime() const {
-  const double length = static_cast<double>(kStepsPerSegment) / (kLocatingFactor * steps_);
-  const double h = length / kStepsPerSegment;
-  const int segments = kLocatingFactor * steps_ / kStepsPerSegment;
+  const double h = 1.0 / steps_;
+  const int run = steps_ / static_cast<int>(rod_.kappa0.size());  // the curvature at rest stays the same
   ConjugatePoints points;
   State state = states_[0];
-  for (int k = 0; k < segments; ++k) {
+  int count = 0;
+  for (int step = 0; step < steps_; step += count) {
+    count = std::min(kLocatingSteps, run - step % run);
     const State from = state;
-    const int step = k * kStepsPerSegment / kLocatingFactor;
-    const double start = k * length;
-    const Segment whole = segment(state, start, h, kStepsPerSegment, step, nullptr);
-    if (k == 0) {
+    const double start = step * h;
+    const Segment whole = segment(state, start, h, count, step, nullptr);
+    if (step == 0) {
       points.start(whole);
     } else if (!points.passIfFree(whole)) {
-      double low = 0, high = length;
+      double low = 0, high = count * h;
       while (high - low > kTimeTolerance) {
         const double middle = 0.5 * (low + high);
         State at = from;
-        const bool free =
-            points.isFree(segment(at, start, middle / kStepsPerSegment, kStepsPerSegment, step, nullptr));
-        (free ? low : high) = middle;
+        (points.isFree(segment(at, start, middle / count, count, step, nullptr)) ? low : high) = middle;
       }
       return start + high;
     }

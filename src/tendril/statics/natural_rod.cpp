@@ -77,7 +77,8 @@ double NaturalRod::leastStretch(const Vector6& a) const {
 
 int NaturalRod::stepCount(const Vector6& a, const Accuracy& accuracy) const {
   const double rate = turning(a);
-  if (!std::isfinite(rate)) throw InputError("the wrench is not finite; give six finite numbers (N m, N)");
+  if (!std::isfinite(rate) || !a.allFinite())
+    throw InputError("the wrench is not finite; give six finite numbers (N m, N)");
   if (rate > kLargestRate)
     throw InputError("the wrench may bend or twist the rod by " + std::to_string(rate) +
                      " rad over its length, more than the " + std::to_string(kLargestRate) +
