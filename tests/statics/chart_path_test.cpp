@@ -43,7 +43,7 @@ TEST(ChartPath, ConnectsRandomStableRodsThroughStableOnes) {
     SamplingSpace space;
     space.workspace = Eigen::AlignedBox3d(Vector3::Constant(-1), Vector3::Constant(1));
 #ifdef NDEBUG
-    const int pairs = c == roundStiffness() ? 60 : 20;
+    const int pairs = c == roundStiffness() ? 50 : 8;
 #else
     const int pairs = 2;
 #endif

@@ -105,7 +105,7 @@ TEST(HeavyRods, HorizontalCantileversHangAsShootingSays) {
     double young_modulus, x, z;
     int stages;
     double tolerance;
-  } cases[] = {{1e8, 0.893350, -0.419313, 4, 1e-7}, {1e6, 0.074541, -0.975029, 60, 1e-7}};
+  } cases[] = {{1e8, 0.893350, -0.419313, 4, 1e-7}, {1e6, 0.074541, -0.975029, 40, 1e-7}};
   for (const auto& expected : cases) {
     const RodProperties rod = rodOfModulus(expected.young_modulus);
     const Vector3 gravity = 9.81 * kDown;
@@ -189,7 +189,7 @@ TEST(HeavyRods, FitEndsFindsTheSaggingRodThatShootingFinds) {
   } cases[] = {{unevenStiffness(), vector6(0.5, 1, -2, 3, 4, -5), 10},
                {roundStiffness(), vector6(-1, 3, 1, -6, 5, 8), 15},
                {roundStiffness(), vector6(0.3, -2, 0.5, 2, -3, 6), 30},
-               {unevenStiffness(), vector6(2, 2, 3, 10, -8, 4), 25},
+               {unevenStiffness(), vector6(1, 1, 1.5, 5, -4, 4), 20},
                {softStiffness(), vector6(1, -1, 2, 0.5, 1, -1), 2}};
   int trial = 0;
   for (const auto& one : cases) {

@@ -109,7 +109,7 @@ TEST(Sampler, RodsAreTheSameHoweverManyThreadsDrawThem) {
   space.workspace = Eigen::AlignedBox3d(Vector3::Constant(-1), Vector3::Constant(1));
   for (const bool heavy : {false, true}) {
     if (heavy) space.gravity = gravityFor(rod, 20, {0, 0, -1});
-    const std::size_t count = heavy ? 15 : 100;
+    const std::size_t count = heavy ? 6 : 100;
     const std::vector<Equilibrium> one = sampleRods(rod, space, 5, count, 1);
     ASSERT_EQ(one.size(), count);
     RodSampler sampler(rod, space, 5);
@@ -123,15 +123,15 @@ TEST(Sampler, RodsAreTheSameHoweverManyThreadsDrawThem) {
       ASSERT_EQ(many.size(), count);
       for (std::size_t i = 0; i < count; ++i) EXPECT_TRUE(sameRod(one[i], many[i])) << threads << " " << i;
     }
-    const std::vector<Equilibrium> fewer = sampleRods(rod, space, 5, 7, 2);
-    ASSERT_EQ(fewer.size(), 7U);
-    for (std::size_t i = 0; i < 7; ++i) EXPECT_TRUE(sameRod(one[i], fewer[i]));
+    const std::vector<Equilibrium> fewer = sampleRods(rod, space, 5, 3, 2);
+    ASSERT_EQ(fewer.size(), 3U);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_TRUE(sameRod(one[i], fewer[i]));
     EXPECT_FALSE(sameRod(one[0], sampleRods(rod, space, 6, 1).front()));
   }
 }
 
 TEST(Sampler, AWorkspaceTooSmallForAnyRodYieldsNoneWhateverTheThreads) {
-  const RodProperties rod = rodOf(roundStiffness(), 4);
+  const RodProperties rod = rodOf(roundStiffness(), 1);
   SamplingSpace space;
   space.box = {.moment = 0, .force = 0};  // straight rods alone
   space.workspace = Eigen::AlignedBox3d(Vector3::Zero(), Vector3::Constant(0.5));
@@ -191,7 +191,7 @@ TEST(Sampler, StableRodsAreTheStableOnesAmongAll) {
       if (e.stability != Stability::stable || next == stable.size()) continue;
       EXPECT_TRUE(sameRod(e, stable[next++]));
     }
-    EXPECT_GT(next, 20U);
+    EXPECT_GT(next, 8U);
   }
 }
 
