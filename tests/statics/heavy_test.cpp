@@ -105,7 +105,7 @@ TEST(HeavyRods, HorizontalCantileversHangAsShootingSays) {
     double young_modulus, x, z;
     int stages;
     double tolerance;
-  } cases[] = {{1e8, 0.893350, -0.419313, 4, 1e-7}, {1e6, 0.074541, -0.975029, 60, 1e-7}};
+  } cases[] = {{1e8, 0.893350, -0.419313, 4, 1e-7}, {1e6, 0.074541, -0.975029, 40, 1e-7}};
   for (const auto& expected : cases) {
     const RodProperties rod = rodOfModulus(expected.young_modulus);
     const Vector3 gravity = 9.81 * kDown;
@@ -154,7 +154,7 @@ TEST(HeavyRods, ATiltedBaseLetsThemHangInSpaceAsShootingSays) {
   for (int trial = 0; trial < 4; ++trial) {
     RodProperties rod = rodOf(unevenStiffness(), 20);
     rod.rest_curvature.assign(1, randomVector(random, 2));
-    const Vector3 gravity = gravityFor(rod, 12, kDown);
+    const Vector3 gravity = gravityFor(rod, 6, kDown);  // less than what buckles a mast
     const Quaternion base = random.rotation();
     const Vector6 a = cantileverWrench(HeavyRod(rod, gravity), base, 400, 8);
     const Equilibrium e = solvedAt(rod, {base, Vector3::Zero()}, a, gravity);
@@ -165,46 +165,41 @@ TEST(HeavyRods, ATiltedBaseLetsThemHangInSpaceAsShootingSays) {
   }
 }
 
-/// The wrench of the rod between two ends that comes from the straight unloaded one as its end moves and its
-/// weight grows, by shooting.
-Vector6 shotBetween(const RodProperties& rod, const GripperPoses& ends, const Vector3& gravity, int stages) {
-  Eigen::VectorXd a = Eigen::VectorXd::Zero(6);
-  const Pose target = ends.first.inverse() * ends.last;
-  Pose straight;
-  straight.position.x() = rod.length;
-  const Vector6 way = logSE3(straight.inverse() * target);
-  for (int stage = 1; stage <= 2 * stages; ++stage) {
-    const double moved = std::min(1.0, static_cast<double>(stage) / stages),
-                 loaded = std::max(0.0, static_cast<double>(stage) / stages - 1);
+/// The wrench of the rod that comes from a weightless one with wrench `a` as its weight grows between fixed
+/// ends, by shooting.
+Vector6 shotUnderWeight(const RodProperties& rod, const Pose& base, const Vector6& a, const Pose& last,
+                        const Vector3& gravity, int stages) {
+  Eigen::VectorXd wrench = a;
+  for (int stage = 1; stage <= stages; ++stage) {
     HeavyRod heavy(rod, gravity);
-    heavy.weight *= loaded;
-    const Pose goal = ends.first * (straight * expSE3(moved * way));
+    heavy.weight *= static_cast<double>(stage) / stages;
     const auto miss = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
-      const Place y = endOf(heavy, startOf(ends.first.rotation, x), 200);
-      return logSE3(Pose{Quaternion(y.r).normalized(), ends.first.position + y.p}.inverse() * goal);
+      const Place y = endOf(heavy, startOf(base.rotation, x), 200);
+      return logSE3(Pose{Quaternion(y.r).normalized(), base.position + y.p}.inverse() * last);
     };
-    EXPECT_TRUE(shoot(miss, 1e-5, 1e-10, a)) << stage;
+    EXPECT_TRUE(shoot(miss, 1e-5, 1e-10, wrench)) << stage;
   }
-  return a;
+  return wrench;
 }
 
 TEST(HeavyRods, FitEndsFindsTheSaggingRodThatShootingFinds) {
   const struct {
-    Vector6 c;
-    Pose end;
+    Vector6 c, a;
     double gamma;
-  } cases[] = {{unevenStiffness(), {expSO3({0, -0.4, 0.1}), {0.9, 0.1, 0.2}}, 10},
-               {roundStiffness(), {expSO3({0.2, 0.6, 0.3}), {0.85, 0.1, -0.25}}, 25},
-               {roundStiffness(), {Quaternion::Identity(), {1.0, 0, 0}}, 40},
-               {unevenStiffness(), {expSO3({0.5, 0.2, 1.2}), {0.6, 0.5, 0.1}}, 15}};
+  } cases[] = {{unevenStiffness(), vector6(0.5, 1, -2, 3, 4, -5), 10},
+               {roundStiffness(), vector6(-1, 3, 1, -6, 5, 8), 15},
+               {roundStiffness(), vector6(0.3, -2, 0.5, 2, -3, 6), 30},
+               {unevenStiffness(), vector6(1, 1, 1.5, 5, -4, 4), 20},
+               {softStiffness(), vector6(1, -1, 2, 0.5, 1, -1), 2}};
   int trial = 0;
   for (const auto& one : cases) {
     SCOPED_TRACE(trial++);
     const RodProperties rod = rodOf(one.c, 20);
     const Pose base{expSO3({0.3, -0.2, 0.5}), {1, -2, 0.5}};
-    const GripperPoses ends{base, base * one.end};
     const Vector3 gravity = gravityFor(rod, one.gamma, kDown);
-    const Vector6 a = shotBetween(rod, ends, gravity, 8);
+    const Place light = endOf(HeavyRod(rod), startOf(base.rotation, one.a), 400);
+    const GripperPoses ends{base, {Quaternion(light.r).normalized(), base.position + light.p}};
+    const Vector6 a = shotUnderWeight(rod, base, one.a, ends.last, gravity, 8);
     const auto places = nodesOf(HeavyRod(rod, gravity), startOf(base.rotation, a), 20, 40);
     ASSERT_EQ(negativeDirections(HeavyRod(rod, gravity), base.rotation, a, 1, 200), 0);
     const std::vector<Equilibrium> found = fitEnds(rod, ends, gravity);
@@ -216,7 +211,6 @@ TEST(HeavyRods, FitEndsFindsTheSaggingRodThatShootingFinds) {
       seen = true;
       expectSameRod(e, places, 2e-7);
       EXPECT_NEAR(e.energy, places.back().energy, 1e-6 * (1 + e.energy));
-      // weight_energy counts from the base's height
       EXPECT_NEAR(e.weight_energy, places.back().weight_energy, 1e-6 * (1 + std::abs(e.weight_energy)));
     }
     EXPECT_TRUE(seen) << a.transpose();

@@ -109,9 +109,9 @@ TEST(Sampler, RodsAreTheSameHoweverManyThreadsDrawThem) {
   space.workspace = Eigen::AlignedBox3d(Vector3::Constant(-1), Vector3::Constant(1));
   for (const bool heavy : {false, true}) {
     if (heavy) space.gravity = gravityFor(rod, 20, {0, 0, -1});
-    constexpr std::size_t kCount = 150;
-    const std::vector<Equilibrium> one = sampleRods(rod, space, 5, kCount, 1);
-    ASSERT_EQ(one.size(), kCount);
+    const std::size_t count = heavy ? 6 : 100;
+    const std::vector<Equilibrium> one = sampleRods(rod, space, 5, count, 1);
+    ASSERT_EQ(one.size(), count);
     RodSampler sampler(rod, space, 5);
     for (const Equilibrium& e : one) {
       const Equilibrium* next = sampler.next();
@@ -119,22 +119,22 @@ TEST(Sampler, RodsAreTheSameHoweverManyThreadsDrawThem) {
       EXPECT_TRUE(sameRod(*next, e));
     }
     for (const int threads : {2, 5}) {
-      const std::vector<Equilibrium> many = sampleRods(rod, space, 5, kCount, threads);
-      ASSERT_EQ(many.size(), kCount);
-      for (std::size_t i = 0; i < kCount; ++i) EXPECT_TRUE(sameRod(one[i], many[i])) << threads << " " << i;
+      const std::vector<Equilibrium> many = sampleRods(rod, space, 5, count, threads);
+      ASSERT_EQ(many.size(), count);
+      for (std::size_t i = 0; i < count; ++i) EXPECT_TRUE(sameRod(one[i], many[i])) << threads << " " << i;
     }
-    const std::vector<Equilibrium> fewer = sampleRods(rod, space, 5, 7, 2);
-    ASSERT_EQ(fewer.size(), 7U);
-    for (std::size_t i = 0; i < 7; ++i) EXPECT_TRUE(sameRod(one[i], fewer[i]));
+    const std::vector<Equilibrium> fewer = sampleRods(rod, space, 5, 3, 2);
+    ASSERT_EQ(fewer.size(), 3U);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_TRUE(sameRod(one[i], fewer[i]));
     EXPECT_FALSE(sameRod(one[0], sampleRods(rod, space, 6, 1).front()));
   }
 }
 
 TEST(Sampler, AWorkspaceTooSmallForAnyRodYieldsNoneWhateverTheThreads) {
-  const RodProperties rod = rodOf(roundStiffness(), 4);
+  const RodProperties rod = rodOf(roundStiffness(), 1);
   SamplingSpace space;
-  space.workspace = Eigen::AlignedBox3d(Vector3::Zero(), Vector3::Constant(0.02));
-  space.stable_only = false;
+  space.box = {.moment = 0, .force = 0};  // straight rods alone
+  space.workspace = Eigen::AlignedBox3d(Vector3::Zero(), Vector3::Constant(0.5));
   RodSampler sampler(rod, space, 1);
   EXPECT_EQ(sampler.next(), nullptr);
   EXPECT_EQ(sampler.next(), nullptr);
@@ -146,7 +146,7 @@ TEST(Sampler, WithUnstableRodsTooTheWrenchIsUniformInTheBox) {
   rod.radius = 1e-6;  // hardly ever in its own way
   SamplingSpace space;
   space.stable_only = false;
-  constexpr std::size_t kCount = 3000;
+  constexpr std::size_t kCount = 1500;
   const std::vector<Equilibrium> rods = sampleRods(rod, space, 9, kCount, 2);
   ASSERT_EQ(rods.size(), kCount);
   int unstable = 0;
@@ -184,14 +184,14 @@ TEST(Sampler, StableRodsAreTheStableOnesAmongAll) {
   for (const double gamma : {0.0, 30.0}) {
     SamplingSpace space;
     space.gravity = gravityFor(rod, gamma, {0, 0.2, -1});
-    const std::vector<Equilibrium> stable = sampleRods(rod, space, 4, 60);
+    const std::vector<Equilibrium> stable = sampleRods(rod, space, 4, 40);
     space.stable_only = false;
     std::size_t next = 0;
-    for (const Equilibrium& e : sampleRods(rod, space, 4, 400)) {
+    for (const Equilibrium& e : sampleRods(rod, space, 4, 200)) {
       if (e.stability != Stability::stable || next == stable.size()) continue;
       EXPECT_TRUE(sameRod(e, stable[next++]));
     }
-    EXPECT_GT(next, 20U);
+    EXPECT_GT(next, 8U);
   }
 }
 

@@ -222,6 +222,22 @@ TEST(Statics, ARodCutJustBeforeItsFirstConjugatePointIsStableAndJustAfterItIsNot
   EXPECT_GE(cut, 24 * kCutsOfAKind);
 }
 
+TEST(Statics, FirstConjugateTimesOfSlenderRodsAreExact) {
+  // Straight struts, stiff in stretch and shear: 2 pi / w, w^2 = P (1 - P/c4 + P/c5). And circles, one turn.
+  for (const double radius : {0.01, 0.002, 0.0005}) {
+    const Vector6 c = roundStiffness(radius);
+    for (const double force : {45.0, 70.0, 140.0}) {
+      const double w = std::sqrt(force * (1 - force / c[3] + force / c[4]));
+      const Equilibrium e = solved(rodOf(c), vector6(0, 0, 0, -force, 0, 0));
+      EXPECT_NEAR(*e.first_conjugate_t, 2 * kPi / w, 2e-8) << radius << " " << force;
+    }
+    for (const double turns : {1.1, 1.4}) {
+      const Equilibrium e = solved(rodOf(c), vector6(0, 2 * kPi * turns, 0, 0, 0, 0));
+      EXPECT_LE(*e.first_conjugate_t, 1 / turns + 1e-6);
+    }
+  }
+}
+
 TEST(Statics, DoubleRootsOfStraightAndTwistedRoundRodsAreFoundHoweverNear) {
   // Pairs of conjugate points at one time: det J does not change its sign.
   const Vector6 c = roundStiffness();

@@ -77,7 +77,7 @@ class Batch {
       aligned_.clear(), index_.clear();
       for (std::size_t i = first; i < std::min(first + kChunk, wrenches.size()); ++i) {
         if (single_.canScreen(wrenches[i]))
-          aligned_.push_back(aligned(rod(), wrenches[i], rod().stepCount(wrenches[i], accuracy))),
+          aligned_.push_back(aligned(wrenches[i], rod().stepCount(wrenches[i], accuracy))),
               index_.push_back(i);
         else
           alone(i);

@@ -8,10 +8,10 @@
 namespace tendril::statics {
 namespace {
 
-constexpr double kTimeTolerance = 1e-11;    // of first_conjugate_t
-constexpr double kSecondLookMargin = 1e-4;  // of Screening, with the steps of kFine
-constexpr int kMostLocatingSteps = 60;      // bisection alone takes fewer
-constexpr int kLocatingFactor = 2;  // times as many steps to locate a conjugate time as for the verdict
+constexpr double kTimeTolerance = 1e-11;              // of first_conjugate_t
+constexpr double kSecondLookMargin = 1e-4;            // of Screening, with the steps of kFine
+constexpr int kMostLocatingSteps = 60;                // bisection alone takes fewer
+constexpr int kLocatingSteps = 4 * kStepsPerSegment;  // in a segment, to locate a conjugate time after kFine
 
 /// The smallest value on [0, 1] of the cubic with values f0, f1 and derivatives g0, g1 at the ends.
 double smallestOfCubic(double f0, double g0, double f1, double g1) {
@@ -126,7 +126,7 @@ void Integrator::begin(const Vector6& a, const Vector3& weight, const Accuracy& 
       single_.rotation[i] = 0;
     single_.rotation[3] = 1;
   } else {
-    const AlignedWrench turned = aligned(rod_, a, steps_);
+    const AlignedWrench turned = aligned(a, steps_);
     for (int i = 0; i < 3; ++i)
       single_.moment[i] = turned.moment[i], single_.force[i] = 0, single_.weight[i] = 0;
     single_.force[2] = turned.force;
@@ -244,20 +244,21 @@ void Integrator::walkThroughConjugatePoints(Verdict& verdict, bool stop) {
   if (verdict.stability == Stability::unstable) verdict.first_conjugate_t = firstConjugateTime();
 }
 
-/// Walks again in shorter steps, so that the time is far more exact than the verdict needs, up to the segment
-/// that is not free, and finds the time in it. At most 1.
+/// Walks again, up to the segment that is not free, and finds the time in it. At most 1. The segments are
+/// longer than the verdict's (as long as those of kQuick): composing many short ones loses digits, and more
+/// of them the more slender the rod.
 double Integrator::firstConjugateTime() const {
-  const double length = static_cast<double>(kStepsPerSegment) / (kLocatingFactor * steps_);
-  const double h = length / kStepsPerSegment;
-  const int segments = kLocatingFactor * steps_ / kStepsPerSegment;
+  const double h = 1.0 / steps_;
+  const int run = steps_ / static_cast<int>(rod_.kappa0.size());  // the curvature at rest stays the same
   ConjugatePoints points;
   State state = states_[0];
-  for (int k = 0; k < segments; ++k) {
+  int count = 0;
+  for (int step = 0; step < steps_; step += count) {
+    count = std::min(kLocatingSteps, run - step % run);
     const State from = state;
-    const int step = k * kStepsPerSegment / kLocatingFactor;
-    const double start = k * length;
-    const Segment whole = segment(state, start, h, kStepsPerSegment, step, nullptr);
-    if (k == 0) {
+    const double start = step * h, length = count * h;
+    const Segment whole = segment(state, start, h, count, step, nullptr);
+    if (step == 0) {
       points.start(whole);
     } else if (!points.passIfFree(whole)) {
       // Newton's method on the nearest of the times that the pencil tells, inside a bracket: free at low, not
@@ -265,7 +266,7 @@ double Integrator::firstConjugateTime() const {
       double low = 0, high = length, at = length;
       for (int i = 0; i < kMostLocatingSteps; ++i) {
         State there = from;
-        const Segment part = segment(there, start, at / kStepsPerSegment, kStepsPerSegment, step, nullptr);
+        const Segment part = segment(there, start, at / count, count, step, nullptr);
         const double ahead = points.timesToConjugatePoints(part)[0];
         (ahead > 0 ? low : high) = at;
         if (std::abs(ahead) < kTimeTolerance || high - low < kTimeTolerance) return start + at;
@@ -315,7 +316,7 @@ void Integrator::fromKernel(const AlignedWrench& wrench, const JointEnd& joint, 
 ChartStatus Integrator::end(const Vector6& a, const Vector3& weight, const Accuracy& accuracy,
                             NaturalEnd& out) {
   if (canScreen(a)) {
-    const AlignedWrench wrench = aligned(rod_, a, rod_.stepCount(a, accuracy));
+    const AlignedWrench wrench = aligned(a, rod_.stepCount(a, accuracy));
     JointEnd joint;
     kernel().joint(rod_.kernel, wrench, accuracy.margin, false, joint);
     fromKernel(wrench, joint, out);
@@ -337,8 +338,7 @@ ChartStatus Integrator::end(const Vector6& a, const Vector3& weight, const Accur
 bool Integrator::isStable(const Vector6& a, const Vector3& weight) {
   if (canScreen(a)) {
     JointEnd joint;
-    kernel().joint(rod_.kernel, aligned(rod_, a, rod_.stepCount(a, kScreening)), kScreening.margin, true,
-                   joint);
+    kernel().joint(rod_.kernel, aligned(a, rod_.stepCount(a, kScreening)), kScreening.margin, true, joint);
     if (joint.screening != Screening::unsure) return joint.screening == Screening::stable;
   }
   return isStableAtSecondLook(a, weight);
@@ -348,7 +348,7 @@ bool Integrator::isStableAtSecondLook(const Vector6& a, const Vector3& weight) {
   if (1 + a[3] * rod_.kernel.compliance[3] <= kSmallestStretch) return false;
   if (canScreen(a)) {
     JointEnd joint;
-    kernel().joint(rod_.kernel, aligned(rod_, a, rod_.stepCount(a, kFine)), kSecondLookMargin, true, joint);
+    kernel().joint(rod_.kernel, aligned(a, rod_.stepCount(a, kFine)), kSecondLookMargin, true, joint);
     if (joint.screening != Screening::unsure) return joint.screening == Screening::stable;
   }
   begin(a, weight, kFine);

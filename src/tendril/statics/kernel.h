@@ -18,7 +18,6 @@ struct KernelRod {
 struct AlignedWrench {
   double moment[3], force;
   double rotation[4];  // x y z w
-  double hamiltonian;  // sum a_i^2 / 2c_i + a . xi of the unloaded rod
   int steps;
 };
 

@@ -23,8 +23,7 @@ namespace {
 template <class T>
 struct LanesOfRods {
   LightChart<T> chart;
-  T y[8];  // x y z w | position | integral of mu . xi of the unloaded rod
-  double hamiltonian[kWidth<T>] = {};
+  T y[8];  // x y z w | position | energy
   int left[kWidth<T>] = {};
   std::size_t rod[kWidth<T>] = {};
 
@@ -46,12 +45,11 @@ struct LanesOfRods {
     for (int i = 0; i < 8; ++i) lanes(y[i])[l] = i < 4 ? wrench.rotation[i] : 0;
     left[l] = wrench.steps;
     rod[l] = index;
-    hamiltonian[l] = wrench.hamiltonian;
   }
   void store(int l, PathEnd& end) const {
     for (int i = 0; i < 4; ++i) end.rotation[i] = lanes(y[i])[l];
     for (int i = 0; i < 3; ++i) end.position[i] = lanes(y[4 + i])[l];
-    end.energy = hamiltonian[l] - lanes(y[7])[l];
+    end.energy = lanes(y[7])[l];
   }
 };
 
@@ -69,7 +67,7 @@ template <class T>
     k[S][4] = positionRate(s, 0), k[S][5] = positionRate(s, 1);
     if constexpr (kA[kStages][S] != 0) {
       sum[0] = sum[0] + kA[kStages][S] * positionRate(s, 2);
-      sum[1] = sum[1] + kA[kStages][S] * restWork(rods.chart, s);
+      sum[1] = sum[1] + kA[kStages][S] * energyRate(rods.chart, s);
     }
   });
   stageState<kStages>(rods.y, k, rods.y);
@@ -115,7 +113,7 @@ template <class T>
     rotationRate(z, s, k[S]);
 #pragma GCC unroll 3
     for (int i = 0; i < 3; ++i) k[S][4 + i] = positionRate(s, i);
-    if constexpr (kA[kStages][S] != 0) sum = sum + kA[kStages][S] * restWork(chart, s);
+    if constexpr (kA[kStages][S] != 0) sum = sum + kA[kStages][S] * energyRate(chart, s);
     transportAt(chart, s, a);
     // + h C^-1 Ad_q^T, for a unit moment and a unit force along each base axis
     const T* p = z + 4;

@@ -127,12 +127,6 @@ TENDRIL_INLINE void transported(const Transport<T>& a, const W (*eta)[6], W (*ra
   }
 }
 
-/// mu . xi of the unloaded rod. With H = sum mu_i^2 / 2c_i + mu . xi_0, constant along a weightless rod, the
-/// energy density is H less this.
-template <class T, class C>
-[[nodiscard]] TENDRIL_INLINE T restWork(const C& chart, const Section<T>& s) {
-  return chart.h * s.n[0] + chart.kappa0[0] * s.m[0] + chart.kappa0[1] * s.m[1] + chart.kappa0[2] * s.m[2];
-}
 /// sum mu_i^2 / 2c_i, the energy density.
 template <class T, class C>
 [[nodiscard]] TENDRIL_INLINE T energyRate(const C& chart, const Section<T>& s) {

@@ -84,7 +84,8 @@ double NaturalRod::leastStretch(const Vector6& a) const {
 
 int NaturalRod::stepCount(const Vector6& a, const Accuracy& accuracy) const {
   const double rate = turning(a);
-  if (!std::isfinite(rate)) throw InputError("the wrench is not finite; give six finite numbers (N m, N)");
+  if (!std::isfinite(rate) || !a.allFinite())
+    throw InputError("the wrench is not finite; give six finite numbers (N m, N)");
   if (rate > kLargestRate)
     throw InputError("the wrench may bend or twist the rod by " + std::to_string(rate) +
                      " rad over its length, more than the " + std::to_string(kLargestRate) +
@@ -96,7 +97,7 @@ int NaturalRod::stepCount(const Vector6& a, const Accuracy& accuracy) const {
   return 2 * elements * ((steps + 2 * elements - 1) / (2 * elements));
 }
 
-AlignedWrench aligned(const NaturalRod& rod, const Vector6& a, int steps) {
+AlignedWrench aligned(const Vector6& a, int steps) {
   AlignedWrench out;
   const Vector3 n = a.tail<3>();
   const double force = n.norm(), scale = force > 0 ? 1 / force : 0;
@@ -107,9 +108,6 @@ AlignedWrench aligned(const NaturalRod& rod, const Vector6& a, int steps) {
   for (int i = 0; i < 3; ++i) out.moment[i] = m[i];
   out.force = sign * force;
   for (int i = 0; i < 4; ++i) out.rotation[i] = q.coeffs()[i];
-  out.hamiltonian = a[3];
-  for (int i = 0; i < 6; ++i) out.hamiltonian += 0.5 * a[i] * a[i] * rod.kernel.compliance[i];
-  for (int i = 0; i < 3; ++i) out.hamiltonian += a[i] * rod.kernel.kappa0[i];
   out.steps = steps;
   return out;
 }

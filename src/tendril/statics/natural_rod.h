@@ -58,6 +58,6 @@ struct NaturalRod {
 
 /// Turns base axes so that z is along the force of a: the turned axes' wrench is (R m; 0, 0, force) with R of
 /// `rotation`.
-[[nodiscard]] AlignedWrench aligned(const NaturalRod& rod, const Vector6& a, int steps);
+[[nodiscard]] AlignedWrench aligned(const Vector6& a, int steps);
 
 }  // namespace tendril::statics
