@@ -260,7 +260,7 @@ TEST(Statics, FirstNodeIsTheBaseToTheBitAndTheShapeMovesWithIt) {
   }
 }
 
-TEST(Statics, ShapeAndSolveGiveTheSameBytes) {
+TEST(Statics, ShapeAndSolveGiveTheSameRodButForRounding) {
   Random random(8);
   EquilibriumIntegrator integrator(rodOf(roundStiffness()));
   for (int trial = 0; trial < 20; ++trial) {
@@ -268,11 +268,10 @@ TEST(Statics, ShapeAndSolveGiveTheSameBytes) {
     Equilibrium shape, solution;
     (void)integrator.shape({}, a, shape);
     (void)integrator.solve({}, a, solution);
-    EXPECT_EQ(shape.energy, solution.energy);
-    for (std::size_t i = 0; i < shape.nodes.size(); ++i) {
-      EXPECT_EQ(shape.nodes[i].position, solution.nodes[i].position);
-      EXPECT_EQ(shape.nodes[i].rotation.coeffs(), solution.nodes[i].rotation.coeffs());
-    }
+    EXPECT_NEAR(shape.energy, solution.energy, 1e-12 * solution.energy);
+    EXPECT_LT(maxNodeDistance(shape.nodes, solution.nodes), 1e-13);
+    for (std::size_t i = 0; i < shape.nodes.size(); ++i)
+      EXPECT_LT(angleBetween(shape.nodes[i].rotation, solution.nodes[i].rotation), 1e-12);
   }
 }
 
