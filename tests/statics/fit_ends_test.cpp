@@ -57,7 +57,8 @@ TEST(FitEnds, FindsAStableRodForEveryReachablePairOfPoses) {
     const statics::NaturalRod natural(rod, Vector3::Zero());
     statics::Integrator exact(natural);
     int found_again = 0, missed = 0, missed_by_one = 0;
-    for (int trial = 0; trial < kPoses; ++trial) {
+    const int poses = kind.natural == roundStiffness() ? kPoses : kPoses / 2;
+    for (int trial = 0; trial < poses; ++trial) {
       const Equilibrium* drawn = sampler.next();
       ASSERT_TRUE(drawn);
       const Pose base{random.rotation(), {random.uniform(), random.uniform(), random.uniform()}};
@@ -94,7 +95,7 @@ TEST(FitEnds, FindsAStableRodForEveryReachablePairOfPoses) {
     }
     EXPECT_EQ(missed, 0);
     EXPECT_EQ(missed_by_one, 0);
-    EXPECT_GE(100 * found_again, kind.least_found_again * kPoses);
+    EXPECT_GE(100 * found_again, kind.least_found_again * poses);
   }
 }
 
