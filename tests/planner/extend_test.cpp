@@ -1,5 +1,6 @@
 /// Algorithm 1 on its own, and the samples it is aimed at.
 #include "tendril/planner/extend.h"
+#include "tendril/planner.h"
 
 #include <gtest/gtest.h>
 

@@ -8,9 +8,10 @@
 namespace tendril::statics {
 namespace {
 
-constexpr double kTimeTolerance = 1e-11;              // of first_conjugate_t
-constexpr double kSecondLookMargin = 1e-4;            // of Screening, with the steps of kFine
-constexpr int kMostLocatingSteps = 60;                // bisection alone takes fewer
+constexpr double kTimeTolerance = 1e-11;    // of first_conjugate_t
+constexpr double kSecondLookMargin = 1e-4;  // of Screening, with the steps of kFine
+constexpr int kMostLocatingSteps = 60;      // bisection alone takes fewer
+constexpr int kFinerSteps = 2;  // times as many steps to locate a conjugate time as for the verdict
 constexpr int kLocatingSteps = 4 * kStepsPerSegment;  // in a segment, to locate a conjugate time after kFine
 
 /// The smallest value on [0, 1] of the cubic with values f0, f1 and derivatives g0, g1 at the ends.
@@ -257,7 +258,7 @@ double Integrator::firstConjugateTime() const {
     count = std::min(kLocatingSteps, run - step % run);
     const State from = state;
     const double start = step * h, length = count * h;
-    const Segment whole = segment(state, start, h, count, step, nullptr);
+    const Segment whole = segment(state, start, h / kFinerSteps, kFinerSteps * count, step, nullptr);
     if (step == 0) {
       points.start(whole);
     } else if (!points.passIfFree(whole)) {
@@ -266,7 +267,8 @@ double Integrator::firstConjugateTime() const {
       double low = 0, high = length, at = length;
       for (int i = 0; i < kMostLocatingSteps; ++i) {
         State there = from;
-        const Segment part = segment(there, start, at / count, count, step, nullptr);
+        const Segment part =
+            segment(there, start, at / (kFinerSteps * count), kFinerSteps * count, step, nullptr);
         const double ahead = points.timesToConjugatePoints(part)[0];
         (ahead > 0 ? low : high) = at;
         if (std::abs(ahead) < kTimeTolerance || high - low < kTimeTolerance) return start + at;
