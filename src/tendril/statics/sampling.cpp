@@ -29,6 +29,7 @@ struct RodSampler::Impl {
   RodProperties rod;
   SamplingSpace space;
   std::uint64_t seed;
+  bool heavy;
   EquilibriumIntegrator integrator;
   Batch batch;
   std::uint64_t block = 0, fruitless = 0;
@@ -43,12 +44,13 @@ struct RodSampler::Impl {
       : rod(properties),
         space(where),
         seed(s),
+        heavy(!space.gravity.isZero(0)),
         integrator(rod, space.gravity),
         batch(NaturalRod(rod, Vector3::Zero())) {}
 
   /// Draws the block's wrenches and bases and tells, of light rods, which are worth a closer look.
   void draw(std::uint64_t index) {
-    const NaturalRod heavy(rod, space.gravity);
+    const Vector3 weight = NaturalRod(rod, space.gravity).weight;
     Random random(seedOf(seed, index));
     for (std::size_t i = 0; i < kBlock; ++i) {
       for (int k = 0; k < 3; ++k) wrenches[i][k] = random.uniform(-space.box.moment, space.box.moment);
@@ -58,10 +60,9 @@ struct RodSampler::Impl {
           bases[i].position[k] = random.uniform(space.workspace->min()[k], space.workspace->max()[k]);
         bases[i].rotation = random.rotation();
       }
-      if (heavy.heavy())
-        wrenches[i].tail<3>() += random.uniform() * (bases[i].rotation.conjugate() * heavy.weight);
+      if (heavy) wrenches[i].tail<3>() += random.uniform() * (bases[i].rotation.conjugate() * weight);
     }
-    if (space.stable_only && !heavy.heavy())
+    if (space.stable_only && !heavy)
       batch.verdicts(wrenches, [&](std::size_t i, bool stable) { hopeful[i] = stable; });
     else
       std::fill(hopeful.begin(), hopeful.end(), true);
@@ -71,15 +72,21 @@ struct RodSampler::Impl {
   [[nodiscard]] bool accept(std::size_t i) {
     if (!hopeful[i]) return false;
     const Vector6 wrench = batch.rod().units.wrenchToSi(wrenches[i]);
-    if (integrator.solve(bases[i], wrench, out) == ChartStatus::inverted) return false;
-    if (space.stable_only && out.stability != Stability::stable) return false;
+    if (integrator.shape(bases[i], wrench, out) == ChartStatus::inverted) return false;
     positions.resize(out.nodes.size());
     for (std::size_t k = 0; k < positions.size(); ++k) {
       positions[k] = out.nodes[k].position;
       if (space.workspace && !space.workspace->contains(positions[k])) return false;
     }
     if (!(selfDistance(out.nodes, rod) > 2 * rod.radius)) return false;
-    return !space.obstacles || space.obstacles->clearance(positions, rod.radius).segment < 0;
+    if (space.obstacles && space.obstacles->clearance(positions, rod.radius).segment >= 0) return false;
+    if (!space.stable_only) return integrator.solve(bases[i], wrench, out) == ChartStatus::equilibrium;
+    // A light rod's verdict is known; a heavy one's is asked for last, being dear.
+    if (heavy && !integrator.isStable(bases[i].rotation, wrench)) return false;
+    out.stability = Stability::stable;
+    out.conjugate_points = 0;
+    out.first_conjugate_t.reset();
+    return true;
   }
 
   [[nodiscard]] const Equilibrium* next() {
