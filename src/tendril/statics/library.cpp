@@ -12,7 +12,7 @@ constexpr std::size_t kSize = 4000;
 constexpr std::uint64_t kSeed = 2014;
 constexpr std::size_t kDrawsAtOnce = 1024, kMostDraws = 100 * kSize;
 /// Of the file's format and of how a library is made: changed with either.
-constexpr char kVersion[] = "tendril rod library 1\n";
+constexpr char kVersion[] = "tendril rod library 2\n";
 
 /// The straight unloaded rod, rods loaded along one axis, and random stable rods of the default sampling box.
 /// A rod so soft in shear or stretch that the box's forces would crush it gets smaller ones; should few of
