@@ -83,7 +83,7 @@ void reportErrors() {
 }
 
 void reportVerdicts() {
-  constexpr std::size_t kCount = 200000;
+  constexpr std::size_t kCount = 30000;
   fmt::print("verdicts of the batches against the fine walk ({} rods each)\n", kCount);
   for (const auto& [name, properties] :
        {std::pair("round, r/L = 0.01", rod()), std::pair("round, r/L = 0.001", roundRod(0.001)),
