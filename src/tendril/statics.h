@@ -51,7 +51,7 @@ class EquilibriumIntegrator {
   ~EquilibriumIntegrator();
   EquilibriumIntegrator(EquilibriumIntegrator&&) noexcept;
 
-  /// Shape, energy and stability for the wrench a [N m, N] at `base`, to about 1e-8 L. `out` is reused: no
+  /// Shape, energy and stability for the wrench a [N m, N] at `base`, to 1e-10 L. `out` is reused: no
   /// allocation after the first call.
   [[nodiscard]] ChartStatus solve(const Pose& base, const Vector6& wrench, Equilibrium& out);
   /// Shape and energy only; `out.stability` is left alone.
@@ -143,10 +143,10 @@ enum class Wanted { one, all };
 /// The distinct stable equilibria found between two end frames [m], by ascending energy (elastic and of the
 /// weight): Newton's method on a with J(1), continued along the geodesic to the wanted end from the nearest
 /// rods of a library of stable ones, through stable rods only; a heavy rod then gains its weight little by
-/// little. Each is exact to 1e-9 L and rad. The library depends on the stiffness alone; it is built once and
-/// kept in memory, and on disk in $TENDRIL_CACHE (default: tendril in $XDG_CACHE_HOME or ~/.cache; empty: not
-/// at all). Empty if none is found; that includes the circle of marginal rods that a rod with c2 = c3, c5 =
-/// c6 forms between coaxial ends when it buckles off their axis. Deterministic, thread-safe.
+/// little. Each is exact to 1e-9 L and rad. The library depends on stiffness and rest curvature; it is built
+/// once and kept in memory, and on disk in $TENDRIL_CACHE (default: tendril in $XDG_CACHE_HOME or ~/.cache;
+/// empty: not at all). Empty if none is found; that includes the circle of marginal rods that a rod with c2 =
+/// c3, c5 = c6 forms between coaxial ends when it buckles off their axis. Deterministic, thread-safe.
 [[nodiscard]] std::vector<Equilibrium> fitEnds(const RodProperties& rod, const GripperPoses& ends,
                                                const Vector3& gravity = Vector3::Zero(),
                                                Wanted wanted = Wanted::all);
