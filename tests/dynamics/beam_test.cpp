@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tendril/dynamics/block_tridiagonal.h"
+#include "tendril/dynamics/workspace.h"
 
 namespace tendril {
 namespace {
@@ -47,13 +48,33 @@ double energyAt(const Case& c, const Vector6& di, const Vector6& dj) {
   return c.element.energy(c.element.wrench(beam::relativeLog(moved(c.i, di), moved(c.j, dj))));
 }
 
+/// Gradient and Hessian by the increments of the two nodes, as the kernel has them.
+struct Derivatives {
+  Vector6 gradient_i, gradient_j;
+  Matrix6 hessian_ii, hessian_ij, hessian_jj;
+};
+Derivatives derivatives(const Case& c, bool geometric) {
+  dynamics::ElementLaw law{.h = c.element.h, .c = {}, .stiffness = {}, .rate = 0};
+  std::copy_n(c.element.c.data(), 6, law.stiffness);
+  Table psi, f;
+  psi.resize(6, 1), f.resize(6, 1);
+  const Vector6 p = beam::relativeLog(c.i, c.j), wrench = c.element.wrench(p);
+  for (int i = 0; i < 6; ++i) psi.at(i, 0) = p[i], f.at(i, 0) = wrench[i];
+  BlockTridiagonal system;
+  system.resize(2);
+  dynamics::kernel().derivatives(1, law, psi.rows(), f.rows(), geometric, system.diagonalBlocks(),
+                                 system.upperBlocks());
+  const auto symmetric = [&](std::size_t k) {
+    return Matrix6(Matrix6(system.diagonal(k)).selfadjointView<Eigen::Lower>());
+  };
+  return {-system.rhs(0), -system.rhs(1), symmetric(0), system.upper(0), symmetric(1)};
+}
+
 TEST(Beam, GradientIsTheDerivativeOfTheEnergy) {
   Random random(1);
   for (int trial = 0; trial < 50; ++trial) {
     const Case c = randomCase(random, 0.1, 0.6);
-    const Vector6 psi = beam::relativeLog(c.i, c.j);
-    beam::ElementDerivatives d;
-    beam::derivatives(c.element, psi, c.element.wrench(psi), false, d);
+    const Derivatives d = derivatives(c, false);
     const double step = 1e-6;
     for (int k = 0; k < 6; ++k) {
       const Vector6 e = step * Vector6::Unit(k), zero = Vector6::Zero();
@@ -82,12 +103,9 @@ TEST(Beam, GeometricStiffnessMakesTheHessianExactToSecondOrderInTheElementLength
     double error = 0, without = 0;
     for (int trial = 0; trial < 40; ++trial) {
       Case c = randomCase(random, h, 3 * h);
-      const Vector6 psi = beam::relativeLog(c.i, c.j), f = c.element.wrench(psi);
-      beam::ElementDerivatives full, plain;
-      beam::derivatives(c.element, psi, f, true, full);
-      beam::derivatives(c.element, psi, f, false, plain);
+      const Derivatives full = derivatives(c, true), plain = derivatives(c, false);
       const Vector6 di = randomVector(random, 1), dj = randomVector(random, 1);
-      const auto form = [&](const beam::ElementDerivatives& d) {
+      const auto form = [&](const Derivatives& d) {
         return di.dot(d.hessian_ii * di) + dj.dot(d.hessian_jj * dj) + 2 * di.dot(d.hessian_ij * dj);
       };
       const double exact = curvatureAlong(c, di, dj);
@@ -117,33 +135,33 @@ TEST(Beam, EnergyDoesNotChangeUnderRigidMotions) {
 
 TEST(BlockTridiagonal, SolvesLikeADenseSolverAndSeesIndefiniteness) {
   Random random(4);
-  for (const std::size_t blocks : {1U, 2U, 7U}) {
+  for (const std::size_t blocks : {1U, 2U, 3U, 8U, 41U}) {
     const auto size = static_cast<Eigen::Index>(6 * blocks);
     BlockTridiagonal system;
     system.resize(blocks);
-    system.setZero();
     Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(size, size);
     Eigen::VectorXd rhs(size);
     for (std::size_t k = 0; k < blocks; ++k) {
       Matrix6 a;
       for (int c = 0; c < 6; ++c) a.col(c) = randomVector(random, 1);
-      system.diagonal[k] = a * a.transpose() + 8 * Matrix6::Identity();
-      for (int c = 0; c < 6; ++c) system.upper[k].col(c) = randomVector(random, 1);
-      system.rhs[k] = randomVector(random, 1);
+      system.diagonal(k) = a * a.transpose() + 8 * Matrix6::Identity();
+      for (int c = 0; c < 6; ++c) system.upper(k).col(c) = randomVector(random, 1);
+      system.rhs(k) = randomVector(random, 1);
       const auto at = static_cast<Eigen::Index>(6 * k);
-      dense.block<6, 6>(at, at) = system.diagonal[k];
+      dense.block<6, 6>(at, at) = system.diagonal(k);
       if (k + 1 < blocks) {
-        dense.block<6, 6>(at, at + 6) = system.upper[k];
-        dense.block<6, 6>(at + 6, at) = system.upper[k].transpose();
+        dense.block<6, 6>(at, at + 6) = system.upper(k);
+        dense.block<6, 6>(at + 6, at) = system.upper(k).transpose();
       }
-      rhs.segment<6>(at) = system.rhs[k];
+      rhs.segment<6>(at) = system.rhs(k);
     }
     const Eigen::VectorXd expected = dense.ldlt().solve(rhs);
+    BlockTridiagonal indefinite = system;
     ASSERT_TRUE(system.solve());
     for (std::size_t k = 0; k < blocks; ++k)
-      EXPECT_LT((system.rhs[k] - expected.segment<6>(static_cast<Eigen::Index>(6 * k))).norm(), 1e-12);
-    system.diagonal[blocks - 1](3, 3) = -1;
-    EXPECT_FALSE(system.solve());
+      EXPECT_LT((system.solution[k] - expected.segment<6>(static_cast<Eigen::Index>(6 * k))).norm(), 1e-12);
+    indefinite.diagonal(blocks - 1)(3, 3) = -1;
+    EXPECT_FALSE(indefinite.solve());
   }
 }
 

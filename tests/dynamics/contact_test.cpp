@@ -39,11 +39,10 @@ void expectGradientMatches(const Obstacles& obstacles, const Vector3& p0, const 
   BlockTridiagonal system;
   system.resize(2);
   system.setZero();
-  for (Vector6& r : system.rhs) r.setZero();
   probe.contacts.addDerivatives(probe.nodes, system);
   const double step = 1e-8;
   for (std::size_t i = 0; i < 2; ++i) {
-    const Vector3 gradient = -(probe.nodes[i].rotation * system.rhs[i].tail<3>());
+    const Vector3 gradient = -(probe.nodes[i].rotation * system.rhs(i).tail<3>());
     for (int k = 0; k < 3; ++k) {
       std::vector<Vector3> plus = p, minus = p;
       plus[i][k] += step, minus[i][k] -= step;
@@ -164,10 +163,9 @@ TEST(Contact, SelfContactGradientIsTheDerivativeOfTheEnergyCrossingAndNearlyPara
     BlockTridiagonal system;
     system.resize(p.size());
     system.setZero();
-    for (Vector6& r : system.rhs) r.setZero();
     contacts.addDerivatives(nodes, system);
     for (std::size_t i = 0; i < p.size(); ++i) {
-      const Vector3 gradient = -(nodes[i].rotation * system.rhs[i].tail<3>());
+      const Vector3 gradient = -(nodes[i].rotation * system.rhs(i).tail<3>());
       for (int k = 0; k < 3; ++k) {
         std::vector<Vector3> plus = p, minus = p;
         plus[i][k] += 1e-8, minus[i][k] -= 1e-8;

@@ -275,19 +275,19 @@ void Contacts::addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiag
     const auto i = static_cast<std::size_t>(term.node);
     const Vector3 n0 = nodes[i].rotation.transpose() * term.normal;
     if (!term.on_segment) {
-      system.rhs[i].tail<3>() -= slope * n0;
-      system.diagonal[i].bottomRightCorner<3, 3>().noalias() += (curvature * n0) * n0.transpose();
+      system.rhs(i).tail<3>() -= slope * n0;
+      system.diagonal(i).bottomRightCorner<3, 3>().noalias() += (curvature * n0) * n0.transpose();
       continue;
     }
     const Vector3 n1 = nodes[i + 1].rotation.transpose() * term.normal;
     const double s0 = 1 - term.s, s1 = term.s;
-    system.rhs[i].tail<3>() -= slope * s0 * n0;
-    system.rhs[i + 1].tail<3>() -= slope * s1 * n1;
+    system.rhs(i).tail<3>() -= slope * s0 * n0;
+    system.rhs(i + 1).tail<3>() -= slope * s1 * n1;
     addRankOne(system, i, curvature, s0 * n0, s1 * n1);
     if (term.mollified) {
       const Vector3 gradient = b.energy * term.mollifier_gradient;
-      system.rhs[i].tail<3>() += nodes[i].rotation.transpose() * gradient;
-      system.rhs[i + 1].tail<3>() -= nodes[i + 1].rotation.transpose() * gradient;
+      system.rhs(i).tail<3>() += nodes[i].rotation.transpose() * gradient;
+      system.rhs(i + 1).tail<3>() -= nodes[i + 1].rotation.transpose() * gradient;
       continue;
     }
     // b' d'' = |b'| (2 alpha beta + distance alpha^2): tilting the segment about the contact, alpha = |e*| n
@@ -366,13 +366,13 @@ void Contacts::addFrictionDerivatives(const std::vector<beam::Node>& nodes, Bloc
     const Vector3 gradient = term.limit * across * u;
     const Matrix3& r0 = nodes[i].rotation;
     const double s0 = 1 - term.s, s1 = term.s;
-    system.rhs[i].tail<3>() -= s0 * (r0.transpose() * gradient);
-    system.diagonal[i].bottomRightCorner<3, 3>().noalias() += s0 * s0 * (r0.transpose() * h * r0);
+    system.rhs(i).tail<3>() -= s0 * (r0.transpose() * gradient);
+    system.diagonal(i).bottomRightCorner<3, 3>().noalias() += s0 * s0 * (r0.transpose() * h * r0);
     if (!term.on_segment) continue;
     const Matrix3& r1 = nodes[i + 1].rotation;
-    system.rhs[i + 1].tail<3>() -= s1 * (r1.transpose() * gradient);
-    system.diagonal[i + 1].bottomRightCorner<3, 3>().noalias() += s1 * s1 * (r1.transpose() * h * r1);
-    system.upper[i].bottomRightCorner<3, 3>().noalias() += s0 * s1 * (r0.transpose() * h * r1);
+    system.rhs(i + 1).tail<3>() -= s1 * (r1.transpose() * gradient);
+    system.diagonal(i + 1).bottomRightCorner<3, 3>().noalias() += s1 * s1 * (r1.transpose() * h * r1);
+    system.upper(i).bottomRightCorner<3, 3>().noalias() += s0 * s1 * (r0.transpose() * h * r1);
   }
 }
 

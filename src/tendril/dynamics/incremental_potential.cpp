@@ -21,13 +21,14 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
   const double h = rod.length / static_cast<double>(element_count), dt = model.simulation.time_step;
   const bool resized = nodes.size() != n;
   if (resized) {
-    elements.resize(element_count);
+    rest_curvature.resize(3, element_count), reference.resize(6, element_count);
+    u_hat.resize(6, element_count);
+    frames.resize(7, n);
     predicted_masses.resize(n), predicted_rotations.resize(n), predicted_motion.resize(n), masses.resize(n);
     nodes.resize(n), trial.resize(n);
     positions.resize(n), trial_positions.resize(n), motion.resize(n);
     limited_motion.resize(n);
-    psi.resize(element_count), trial_psi.resize(element_count);
-    wrenches.resize(element_count), trial_wrenches.resize(element_count);
+    elements.resize(element_count), trial_elements.resize(element_count);
     system.resize(n);
     gradient.resize(n);
   }
@@ -66,30 +67,33 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
   // Rotary inertia of a round section per unit mass: (r^2/2, r^2/4, r^2/4).
   rotary = 0.25 * rod.radius * rod.radius * Vector3(2, 1, 1);
 
-  // Rayleigh damping beta c du/dt with du/dt = (u - u_hat)/tau folds into the element: stiffness c (1 +
-  // beta/tau), at ease at (u_rest + beta/tau u_hat) / (1 + beta/tau).
-  const double rate = model.simulation.stiffness_damping / (second ? 2 * dt / 3 : dt);
-  evaluateElements(nodes, psi, wrenches);  // psi is needed; the wrenches are set below
+  // Rayleigh damping beta c du/dt with du/dt = (u - u_hat)/tau folds into the element.
+  law.h = h;
+  const Vector6 stiffness = beam::elementStiffness(rod.c, h);
+  std::copy_n(rod.c.data(), 6, law.c);
+  std::copy_n(stiffness.data(), 6, law.stiffness);
+  law.rate = model.simulation.stiffness_damping / (second ? 2 * dt / 3 : dt);
+  evaluateStrains(nodes, elements);
   for (std::size_t k = 0; k < element_count; ++k) {
-    Vector6 u_hat = psi[k] / h;
-    u_hat[3] -= 1;
+    const Vector3 rest = rod.restCurvature(static_cast<int>(k));
+    for (int i = 0; i < 3; ++i) rest_curvature.at(i, k) = rest[i];
+    Vector6 hat;
+    for (int i = 0; i < 6; ++i) hat[i] = elements.psi.at(i, k) / h;
+    hat[3] -= 1;
     if (second) {
       const Node a{state.previous_nodes[k], state.previous_nodes[k].rotation.toRotationMatrix()};
       const Node b{state.previous_nodes[k + 1], state.previous_nodes[k + 1].rotation.toRotationMatrix()};
       Vector6 u_previous = beam::relativeLog(a, b) / h;
       u_previous[3] -= 1;
-      u_hat = (4 * u_hat - u_previous) / 3;
+      hat = (4 * hat - u_previous) / 3;
     }
-    Vector6 rest = Vector6::Zero();
-    rest.head<3>() = rod.restCurvature(static_cast<int>(k));
-    beam::Element& element = elements[k];
-    element = {h, beam::elementStiffness(rod.c, h), rest};
-    for (int pass = 0; pass < 2; ++pass)  // the wrench owes something to the shift itself
-      element.reference = rest + beam::restStrainShift(rod.c, h, psi[k], element.wrench(psi[k]));
-    element.c *= 1 + rate;
-    element.reference = (element.reference + rate * u_hat) / (1 + rate);
-    wrenches[k] = elements[k].wrench(psi[k]);
+    for (int i = 0; i < 6; ++i) u_hat.at(i, k) = hat[i];
   }
+  const auto count = static_cast<int>(element_count);
+  dynamics::kernel().references(count, law, rest_curvature.rows(), elements.psi.rows(), u_hat.rows(),
+                                reference.rows());
+  dynamics::kernel().wrenches(count, law, elements.psi.rows(), reference.rows(), elements.wrench.rows(),
+                              elements.energies.data());
 
   // Grippers: PD as implicit springs that reach the largest force within 0.2 % of L and the largest torque
   // within 0.02 rad. A moving end gives way at these; one held still is clamped. None is pushed faster than a
@@ -135,18 +139,24 @@ void RodWorkspace::Impl::updateState(const RodModel& model, RodState& state) con
   }
 }
 
-void RodWorkspace::Impl::evaluateElements(const std::vector<Node>& at, std::vector<Vector6>& psi_out,
-                                          std::vector<Vector6>& wrench_out) const {
-  for (std::size_t k = 0; k < elements.size(); ++k) {
-    psi_out[k] = beam::relativeLog(at[k], at[k + 1]);
-    wrench_out[k] = elements[k].wrench(psi_out[k]);
+void RodWorkspace::Impl::evaluateStrains(const std::vector<Node>& at, ElementState& out) {
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    for (int j = 0; j < 4; ++j) frames.at(j, i) = at[i].pose.rotation.coeffs()[j];
+    for (int j = 0; j < 3; ++j) frames.at(4 + j, i) = at[i].pose.position[j];
   }
+  dynamics::kernel().strains(static_cast<int>(at.size()) - 1, frames.rows(), out.psi.rows());
+}
+
+void RodWorkspace::Impl::evaluateElements(const std::vector<Node>& at, ElementState& out) {
+  evaluateStrains(at, out);
+  dynamics::kernel().wrenches(static_cast<int>(at.size()) - 1, law, out.psi.rows(), reference.rows(),
+                              out.wrench.rows(), out.energies.data());
 }
 
 double RodWorkspace::Impl::smoothEnergy(const RodModel& model, const std::vector<Node>& at,
-                                        const std::vector<Vector6>& f) const {
+                                        const ElementState& state) const {
   double sum = 0;
-  for (std::size_t k = 0; k < elements.size(); ++k) sum += elements[k].energy(f[k]);
+  for (std::size_t k = 0; k + 1 < at.size(); ++k) sum += state.energies[k];
   for (std::size_t i = 0; i < at.size(); ++i) {
     const double m = masses[i];
     const Vector3 mass_at = at[i].pose.position + massOffset(i) * at[i].rotation.col(0);
@@ -165,17 +175,9 @@ double RodWorkspace::Impl::smoothEnergy(const RodModel& model, const std::vector
 }
 
 void RodWorkspace::Impl::assemble(const RodModel& model, bool geometric) {
-  system.setZero();
-  for (Vector6& r : system.rhs) r.setZero();
-  beam::ElementDerivatives d;
-  for (std::size_t k = 0; k < elements.size(); ++k) {
-    beam::derivatives(elements[k], psi[k], wrenches[k], geometric, d);
-    system.rhs[k] -= d.gradient_i;
-    system.rhs[k + 1] -= d.gradient_j;
-    system.diagonal[k] += d.hessian_ii;
-    system.diagonal[k + 1] += d.hessian_jj;
-    system.upper[k] += d.hessian_ij;
-  }
+  dynamics::kernel().derivatives(static_cast<int>(nodes.size()) - 1, law, elements.psi.rows(),
+                                 elements.wrench.rows(), geometric, system.diagonalBlocks(),
+                                 system.upperBlocks());
   addSmoothTerms(model);
   if (!has_contacts) return;
   contacts.addDerivatives(nodes, system);
@@ -189,19 +191,19 @@ void RodWorkspace::Impl::addSmoothTerms(const RodModel& model) {
     const double offset = massOffset(i);
     const Vector3 mass_at = nodes[i].pose.position + offset * r.col(0);
     const Vector3 force = r.transpose() * (w * (mass_at - predicted_masses[i]) - m * model.gravity);
-    system.rhs[i].tail<3>() -= force;
-    system.diagonal[i].diagonal().tail<3>().array() += w;
+    system.rhs(i).tail<3>() -= force;
+    system.diagonal(i).diagonal().tail<3>().array() += w;
     if (offset != 0) {  // the mass moves by y - o x w, o along the tangent
       const Matrix3 o = skew(Vector3(offset, 0, 0));
-      system.rhs[i].head<3>() -= o * force;
-      system.diagonal[i].topLeftCorner<3, 3>() -= w * o * o;
-      system.diagonal[i].topRightCorner<3, 3>() += w * o;
-      system.diagonal[i].bottomLeftCorner<3, 3>() -= w * o;
+      system.rhs(i).head<3>() -= o * force;
+      system.diagonal(i).topLeftCorner<3, 3>() -= w * o * o;
+      system.diagonal(i).topRightCorner<3, 3>() += w * o;
+      system.diagonal(i).bottomLeftCorner<3, 3>() -= w * o;
     }
     const Vector3 theta = logSO3(predicted_rotations[i].conjugate() * nodes[i].pose.rotation);
     const Matrix3 j = rightJacobianInverseSO3(theta);
-    system.rhs[i].head<3>() -= w * (j.transpose() * rotary.cwiseProduct(theta));
-    system.diagonal[i].topLeftCorner<3, 3>() += w * (j.transpose() * rotary.asDiagonal() * j);
+    system.rhs(i).head<3>() -= w * (j.transpose() * rotary.cwiseProduct(theta));
+    system.diagonal(i).topLeftCorner<3, 3>() += w * (j.transpose() * rotary.asDiagonal() * j);
   }
   for (const End end : kBothEnds) {
     const auto e = static_cast<std::size_t>(end);
@@ -214,10 +216,10 @@ void RodWorkspace::Impl::addSmoothTerms(const RodModel& model) {
       const double secant = length > 0 ? f.slope / length : f.curvature;
       if (secant == 0 && spring.slack > 0) return;
       const int at = rotation ? 0 : 3;
-      system.rhs[i].segment<3>(at) -= secant * x;
+      system.rhs(i).segment<3>(at) -= secant * x;
       Matrix3 h = secant * Matrix3::Identity();
       if (length > 0) h += (f.curvature - secant) / (length * length) * x * x.transpose();
-      system.diagonal[i].block<3, 3>(at, at) += h;
+      system.diagonal(i).block<3, 3>(at, at) += h;
     });
   }
 }

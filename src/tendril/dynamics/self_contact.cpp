@@ -96,8 +96,8 @@ void SelfContacts::addDerivatives(const std::vector<beam::Node>& nodes, BlockTri
       const Vector3 along = b.energy * weight_gradient, push = term.weight * b.slope * normal;
       const Vector3 n0 = (1 - s) * (nodes[i].rotation.transpose() * normal);
       const Vector3 n1 = s * (nodes[i + 1].rotation.transpose() * normal);
-      system.rhs[i].tail<3>() -= nodes[i].rotation.transpose() * ((1 - s) * push - along);
-      system.rhs[i + 1].tail<3>() -= nodes[i + 1].rotation.transpose() * (s * push + along);
+      system.rhs(i).tail<3>() -= nodes[i].rotation.transpose() * ((1 - s) * push - along);
+      system.rhs(i + 1).tail<3>() -= nodes[i + 1].rotation.transpose() * (s * push + along);
       addRankOne(system, i, 2 * term.weight * b.curvature, n0, n1);
     };
     side(term.i, term.s, term.normal, term.weight_by_u);

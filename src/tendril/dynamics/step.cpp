@@ -82,7 +82,7 @@ namespace {
 /// The largest fraction, at most `fraction`, of w.motion that respects the limits on a straight motion and
 /// keeps a tenth of every gap. Leaves the candidates of the whole motion in w.contacts.
 double filter(const RodModel& model, double fraction, RodWorkspace::Impl& w) {
-  const double h = w.elements[0].h;
+  const double h = w.law.h;
   while (!motionKeepsLimits(w.positions, w.motion, fraction, h, model.rod.length) && fraction > 1e-9)
     fraction *= 0.5;
   for (int halvings = 0; halvings < 8 && !w.gripsKeepSpeed(model, fraction); ++halvings) fraction *= 0.5;
@@ -118,13 +118,13 @@ StepReport step(const RodModel& model, const std::array<GripperGoal, 2>& goals, 
   w.path_size = 0;
   if (record_way_points) w.recordIterate(w.nodes);
 
-  double energy = w.smoothEnergy(model, w.nodes, w.wrenches);
+  double energy = w.smoothEnergy(model, w.nodes, w.elements);
   if (w.has_contacts) energy += w.contacts.energy() + w.contacts.frictionEnergy(w.positions);
 
   // First guess: the motion goes on as it was. It passes the same filter, and is kept only if it lowers the
   // potential.
   for (std::size_t i = 0; i < n; ++i) {
-    w.system.rhs[i] << logSO3(w.nodes[i].pose.rotation.conjugate() * w.predicted_rotations[i]),
+    w.system.solution[i] << logSO3(w.nodes[i].pose.rotation.conjugate() * w.predicted_rotations[i]),
         w.nodes[i].rotation.transpose() * w.predicted_motion[i];
     w.motion[i] = w.predicted_motion[i];
   }
@@ -138,7 +138,7 @@ StepReport step(const RodModel& model, const std::array<GripperGoal, 2>& goals, 
   while (report.iterations < model.newton.max_iterations) {
     ++report.iterations;
     w.assemble(model, true);
-    for (std::size_t i = 0; i < n; ++i) w.gradient[i] = -w.system.rhs[i];
+    for (std::size_t i = 0; i < n; ++i) w.gradient[i] = -w.system.rhs(i);
     if (!w.system.solve()) {
       w.assemble(model, false);
       if (!w.system.solve()) {
@@ -148,9 +148,9 @@ StepReport step(const RodModel& model, const std::array<GripperGoal, 2>& goals, 
     }
     double slope = 0, size = 0;
     for (std::size_t i = 0; i < n; ++i) {
-      slope += w.gradient[i].dot(w.system.rhs[i]);
-      w.motion[i] = w.nodes[i].rotation * w.system.rhs[i].tail<3>();
-      size = std::max({size, w.system.rhs[i].head<3>().norm(), w.motion[i].norm() / length});
+      slope += w.gradient[i].dot(w.system.solution[i]);
+      w.motion[i] = w.nodes[i].rotation * w.system.solution[i].tail<3>();
+      size = std::max({size, w.system.solution[i].head<3>().norm(), w.motion[i].norm() / length});
     }
 
     // The filter and the line search (Armijo).

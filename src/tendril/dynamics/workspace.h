@@ -12,6 +12,37 @@ namespace tendril {
 
 using beam::Node;
 
+/// Numbers of every element or node, row by row, for the kernels.
+class Table {
+ public:
+  void resize(int rows, std::size_t columns) {
+    stride_ = columns + 8;
+    values_.assign(static_cast<std::size_t>(rows) * stride_, 0);
+  }
+  [[nodiscard]] dynamics::Rows rows() { return {values_.data(), stride_}; }
+  [[nodiscard]] double& at(int row, std::size_t column) {
+    return values_[static_cast<std::size_t>(row) * stride_ + column];
+  }
+  [[nodiscard]] double at(int row, std::size_t column) const {
+    return values_[static_cast<std::size_t>(row) * stride_ + column];
+  }
+
+ private:
+  std::vector<double> values_;
+  std::size_t stride_ = 0;
+};
+
+/// What the elements feel at an iterate.
+struct ElementState {
+  Table psi, wrench;             // 6 rows each
+  std::vector<double> energies;  // J
+
+  void resize(std::size_t elements) {
+    psi.resize(6, elements), wrench.resize(6, elements);
+    energies.assign(elements + 8, 0);
+  }
+};
+
 /// A spring on |x|, x a displacement [m] or a rotation vector [rad]: at ease up to `slack`, then linear, its
 /// force never more than `cap`. The grippers' PD law as a potential.
 struct Spring {
@@ -81,7 +112,8 @@ struct Newmark {
 
 struct RodWorkspace::Impl {
   // Constant during a step.
-  std::vector<beam::Element> elements;  // with the Rayleigh term folded in
+  dynamics::ElementLaw law{};
+  Table rest_curvature, reference, u_hat;  // of the elements: 3, 6 and 6 rows
   Newmark scheme{};
   std::vector<Vector3> predicted_masses;  // x~ of the nodes' masses, world
   std::vector<Quaternion> predicted_rotations;
@@ -96,8 +128,8 @@ struct RodWorkspace::Impl {
   // The iterate.
   std::vector<Node> nodes, trial;
   std::vector<Vector3> positions, trial_positions, motion, limited_motion;
-  std::vector<Vector6> psi, trial_psi;  // per element
-  std::vector<Vector6> wrenches, trial_wrenches;
+  ElementState elements, trial_elements;
+  Table frames;  // of the nodes, for the kernel: quaternion and position, 7 rows
   BlockTridiagonal system;
   std::vector<Vector6> gradient;
   contact::Contacts contacts;
@@ -115,12 +147,13 @@ struct RodWorkspace::Impl {
   /// The step's result as the state: frames, velocities and, for the second-order scheme, its history.
   void updateState(const RodModel& model, RodState& state) const;
 
-  void evaluateElements(const std::vector<Node>& at, std::vector<Vector6>& psi_out,
-                        std::vector<Vector6>& wrench_out) const;
+  /// psi of the elements between the nodes; with evaluateElements wrenches and energies, too.
+  void evaluateStrains(const std::vector<Node>& at, ElementState& out);
+  void evaluateElements(const std::vector<Node>& at, ElementState& out);
   /// The incremental potential but for contact: elasticity and damping, inertia and drag, gravity, grippers
   /// [J].
   [[nodiscard]] double smoothEnergy(const RodModel& model, const std::vector<Node>& at,
-                                    const std::vector<Vector6>& f) const;
+                                    const ElementState& state) const;
   /// Gradient into system.rhs (negated) and Hessian of the whole incremental potential at `nodes`; without
   /// `geometric` stiffness the Hessian is positive definite.
   void assemble(const RodModel& model, bool geometric);
@@ -133,7 +166,7 @@ struct RodWorkspace::Impl {
   /// Moves `nodes` by fraction * (w, y) into `trial`.
   void retract(double fraction) {
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-      const Vector3 w = fraction * system.rhs[i].head<3>();
+      const Vector3 w = fraction * system.solution[i].head<3>();
       trial[i].pose.rotation = (nodes[i].pose.rotation * expSO3(w)).normalized();
       trial[i].pose.position = positions[i] + fraction * motion[i];
       trial[i].rotation = trial[i].pose.rotation.toRotationMatrix();
@@ -145,8 +178,8 @@ struct RodWorkspace::Impl {
   [[nodiscard]] bool tryFraction(const RodModel& model, double fraction, double& energy) {
     retract(fraction);
     if (has_contacts && !contacts.evaluate(trial_positions)) return false;
-    evaluateElements(trial, trial_psi, trial_wrenches);
-    energy = smoothEnergy(model, trial, trial_wrenches);
+    evaluateElements(trial, trial_elements);
+    energy = smoothEnergy(model, trial, trial_elements);
     if (has_contacts) energy += contacts.energy() + contacts.frictionEnergy(trial_positions);
     return true;
   }
@@ -155,8 +188,7 @@ struct RodWorkspace::Impl {
   void acceptTrial(bool record) {
     std::swap(nodes, trial);
     std::swap(positions, trial_positions);
-    std::swap(psi, trial_psi);
-    std::swap(wrenches, trial_wrenches);
+    std::swap(elements, trial_elements);
     if (record) recordIterate(nodes);
   }
 
@@ -168,7 +200,7 @@ struct RodWorkspace::Impl {
       if (!goals[e].held) continue;
       const std::size_t i = e == 0 ? 0 : nodes.size() - 1;
       const Pose &start = grips[e].start, &now = nodes[i].pose;
-      const Vector3 w = fraction * system.rhs[i].head<3>();
+      const Vector3 w = fraction * system.solution[i].head<3>();
       const double travel = (positions[i] + fraction * motion[i] - start.position).norm();
       const double turned = angleBetween(start.rotation, now.rotation * expSO3(w));
       if (travel > std::max(1.25 * model.grippers.max_speed * dt, (now.position - start.position).norm()) ||

@@ -2,7 +2,7 @@
 /// are 6 x 6, row by row. Private to the statics.
 #pragma once
 
-#include "tendril/statics/lanes.h"
+#include "tendril/lanes.h"
 
 namespace tendril::statics {
 namespace {

@@ -6,7 +6,7 @@
 #include <array>
 #include <utility>
 
-#include "tendril/statics/lanes.h"
+#include "tendril/lanes.h"
 
 namespace tendril::statics {
 namespace {

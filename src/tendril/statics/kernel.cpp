@@ -1,10 +1,8 @@
 #include "tendril/statics/kernel.h"
 
-#include <cstdlib>
-#include <string>
 #include <vector>
 
-#include "tendril/base.h"
+#include "tendril/lanes.h"
 
 namespace tendril::statics {
 
@@ -14,29 +12,30 @@ const Kernel& avx2Kernel();
 const Kernel& avx512Kernel();
 #endif
 
+namespace {
+
+const Kernel& kernelFor(InstructionSet set) {
+#ifdef TENDRIL_X86_KERNELS
+  if (set == InstructionSet::avx2) return avx2Kernel();
+  if (set == InstructionSet::avx512) return avx512Kernel();
+#endif
+  (void)set;
+  return portableKernel();
+}
+
+}  // namespace
+
 std::span<const Kernel* const> availableKernels() {
   static const std::vector<const Kernel*> available = [] {
-    std::vector<const Kernel*> list = {&portableKernel()};
-#ifdef TENDRIL_X86_KERNELS
-    if (__builtin_cpu_supports("avx2")) list.push_back(&avx2Kernel());
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-        __builtin_cpu_supports("avx512vl"))
-      list.push_back(&avx512Kernel());
-#endif
+    std::vector<const Kernel*> list;
+    for (const InstructionSet set : instructionSets()) list.push_back(&kernelFor(set));
     return list;
   }();
   return available;
 }
 
 const Kernel& kernel() {
-  static const Kernel& chosen = []() -> const Kernel& {
-    const char* wanted = std::getenv("TENDRIL_KERNEL");
-    if (!wanted) return *availableKernels().back();
-    for (const Kernel* k : availableKernels())
-      if (std::string(wanted) == k->name) return *k;
-    throw InputError(std::string("TENDRIL_KERNEL is \"") + wanted +
-                     "\", which is none of the kernels this machine can run; unset it");
-  }();
+  static const Kernel& chosen = kernelFor(instructionSet());
   return chosen;
 }
 

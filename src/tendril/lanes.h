@@ -1,14 +1,27 @@
-/// Lanes<N>: N doubles that are worked on together, one rod each (or one column of a matrix each); Lanes<1>
-/// is a plain double. Code is written once for any N and compiled once for each instruction set. Every
-/// operation acts lane by lane and rounds as that of a double does, so a lane's numbers depend neither on N,
-/// nor on its neighbours, nor on the instruction set. Private to the statics.
+/// tendril/lanes.h: doubles that are worked on side by side, and the instruction sets to do it with.
+///
+/// Lanes<N> are N doubles, one rod each (or one element, or one column of a matrix); Lanes<1> is a plain
+/// double. Code is written once for any N, compiled once for each instruction set (the kernels) and chosen
+/// when the program starts. Every operation acts lane by lane and rounds as that of a double does, so a
+/// lane's numbers depend neither on N, nor on its neighbours, nor on the instruction set.
 #pragma once
 
 #include <cmath>
+#include <span>
 
 #define TENDRIL_INLINE [[gnu::always_inline]] inline
 
-namespace tendril::statics {
+namespace tendril {
+
+enum class InstructionSet { portable, avx2, avx512 };
+
+/// Those that this build knows and this machine can run, the narrowest first.
+[[nodiscard]] std::span<const InstructionSet> instructionSets();
+/// The widest, or what the environment's TENDRIL_KERNEL says (portable, avx2 or avx512). Throws InputError if
+/// it is none of the above.
+[[nodiscard]] InstructionSet instructionSet();
+[[nodiscard]] const char* name(InstructionSet set);
+
 namespace {  // a copy for every file that includes this: each is compiled for its own instruction set
 
 template <int N>
@@ -55,4 +68,4 @@ TENDRIL_INLINE T squareRoot(const T& v) {
 }
 
 }  // namespace
-}  // namespace tendril::statics
+}  // namespace tendril
