@@ -36,9 +36,12 @@ namespace tendril::exact {
 
 /// Corner i of P is at p[i] + t dp[i], corner j of Q at q[j] + t dq[j]. np is 1 or 2, nq is 2 or 3.
 struct Motion {
+  using Two = std::array<Vector3, 2>;
+  using Three = std::array<Vector3, 3>;
+
   int np, nq;
-  std::array<Vector3, 2> p{}, dp{};
-  std::array<Vector3, 3> q{}, dq{};
+  Two p = {Vector3::Zero(), Vector3::Zero()}, dp = p;
+  Three q = {Vector3::Zero(), Vector3::Zero(), Vector3::Zero()}, dq = q;
 };
 
 enum class Verdict { free, hit, undecided };

@@ -25,6 +25,19 @@ TEST(ContinuousCollision, MissesNothingInAHundredThousandQueriesAgainstExactArit
   EXPECT_GT(tally.exactly + tally.both, 1000);
 }
 
+TEST(ContinuousCollision, KeepsTheRadiusAtTheRoundedPositionsWhereAClaimEnds) {
+  Generator generate(5);
+  for (int i = 0; i < 50000; ++i) {
+    const Query query = generate();
+    const double f = ask(query);
+    if (f == 0) continue;
+    exact::Motion end{query.motion.np, query.motion.nq};
+    for (std::size_t k = 0; k < 2; ++k) end.p[k] = query.motion.p[k] + f * query.motion.dp[k];
+    for (std::size_t k = 0; k < 3; ++k) end.q[k] = query.motion.q[k] + f * query.motion.dq[k];
+    ASSERT_EQ(judge(end, 1, query.radius).verdict, Verdict::free) << i;
+  }
+}
+
 TEST(ContinuousCollision, ProvesNothingFromWhatIsNotANumber) {
   const double nan = std::numeric_limits<double>::quiet_NaN(),
                infinite = std::numeric_limits<double>::infinity();
@@ -63,7 +76,7 @@ exact::Motion pointOverTriangle(const Vector3& p, const Vector3& d) {
 exact::Motion segments(const Vector3& p0, const Vector3& p1, const Vector3& d0, const Vector3& d1,
                        const Vector3& q0, const Vector3& q1, const Vector3& e0 = Vector3::Zero(),
                        const Vector3& e1 = Vector3::Zero()) {
-  return {2, 2, {p0, p1}, {d0, d1}, {q0, q1}, {e0, e1}};
+  return {2, 2, {p0, p1}, {d0, d1}, {q0, q1, q1}, {e0, e1, e1}};
 }
 
 constexpr double kUlp = 0x1p-52;

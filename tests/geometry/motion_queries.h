@@ -110,7 +110,8 @@ class Moment {
   }
 
   int np_, nq_;
-  std::array<V, 3> p_, q_;
+  std::array<V, 2> p_;
+  std::array<V, 3> q_;
   V apart_ = V::Zero();
   Real distance2_ = std::numeric_limits<Real>::infinity();
 };

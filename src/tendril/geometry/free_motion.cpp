@@ -42,15 +42,15 @@ Body<N> atRest(const std::array<Vector3, N>& corners) {
 /// target, which takes no more than a division each, and holds whatever error is in n. If the plane that is
 /// reached then gives no more time, or too little to be worth another, what has been proven is returned.
 ///
-/// Rounding: let u = eps/2, and X be the sum of the largest coordinates of P and Q, motions included, so that
-/// coordinates of p_i - q_j at any time are at most 2X and of their motions at most X. A slack is off by at
-/// most sqrt(3) (5 + 6 + 2) uX: of the corners, of the products, of the differences from the target. An
-/// approach is off by 4 sqrt(3) uX over the whole time. The step, its product, and the two sums of times cost
-/// another sqrt(3) (2 + 1 + 1 + 1) uX. With |n| <= 1 + 10u, which is tested, and a target of at most the
-/// initial distance, itself at most sqrt(3) X, the last factors cost 10 sqrt(3) uX, and the target 3 sqrt(3)
-/// uX. That makes 61 uX; whoever rounds p + t d moves corners by another 6 uX. The margin is 128 uX = 64 eps
-/// X. Where products underflow they are off by less than the smallest normal number, and nothing overflows
-/// below kLargest. Comparisons are written so that a NaN proves nothing.
+/// Rounding: let u = eps/2, and X be the sum of the largest coordinates of P and of Q, motions included, so
+/// that coordinates of p_i - q_j are at most 2X at any time and those of their motions at most X. In units of
+/// sqrt(3) uX, a slack is off by at most 5 + 6 + 2 (corners and their differences, products, the difference
+/// from the target), an approach by 4 over the whole time, the step, its product and the two sums of times
+/// cost 2 + 1 + 1 + 1. The target is at most the initial distance, hence at most sqrt(3) X, and is off by 3;
+/// that |n| <= 1 + 10u, which is tested, costs 10. That makes 35 units or 61 uX; whoever rounds p + t d moves
+/// corners by another 6 uX. The margin is 64 eps X = 128 uX. Where something underflows it is off by less
+/// than the smallest normal number or X times that; below kLargest no square overflows. Comparisons are
+/// written so that a NaN proves nothing.
 ///
 /// `between(p, q)` returns the vector from the closest point of Q to that of P, for the corners p, q.
 template <std::size_t NP, std::size_t NQ, class Between>
