@@ -133,11 +133,12 @@ class Obstacles {
 // ---------------------------------------------------------------------------------------------- continuous
 // detection
 
-/// A t in [0, 1], proven and nearly the largest, such that while a point moves from p to p + t d its distance
-/// to triangle abc stays >= radius + keep * (its initial gap), gap = distance - radius. Conservative
-/// advancement with the separating plane at the closest points; rounding is allowed for. 1 when free all the
-/// way; 0 when the initial gap is not positive. keep in [0, 1); radius > 0 (a gap must be larger than the
-/// rounding of the coordinates to count).
+/// A fraction f in [0, 1], proven and nearly the largest, such that while a point moves from p to p + f d its
+/// distance to triangle abc stays >= radius + keep * (its initial gap), gap = distance - radius. If f > 0
+/// that holds in exact arithmetic at every moment, and for p + f d rounded, whatever the input. 1 when free
+/// all the way; 0, which promises nothing, when the initial gap is not positive beyond the rounding of the
+/// coordinates, or not finite. keep in [0, 1); radius > 0. Conservative advancement with the separating plane
+/// at the closest points.
 [[nodiscard]] double freeMotionPointTriangle(const Vector3& p, const Vector3& d, const Vector3& a,
                                              const Vector3& b, const Vector3& c, double radius, double keep);
 /// The same for a segment whose ends move by d0, d1, against the fixed edge ab.

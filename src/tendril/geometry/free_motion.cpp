@@ -42,19 +42,30 @@ Body<N> atRest(const std::array<Vector3, N>& corners) {
 /// target, which takes no more than a division each, and holds whatever error is in n. If the plane that is
 /// reached then gives no more time, or too little to be worth another, what has been proven is returned.
 ///
+/// Rounding: let u = eps/2, and X be the sum of the largest coordinates of P and of Q, motions included, so
+/// that coordinates of p_i - q_j are at most 2X at any time and those of their motions at most X. In units of
+/// sqrt(3) uX, a slack is off by at most 5 + 6 + 2 (corners and their differences, products, the difference
+/// from the target), an approach by 4 over the whole time, the step, its product and the two sums of times
+/// cost 2 + 1 + 1 + 1. The target is at most the initial distance, hence at most sqrt(3) X, and is off by 3;
+/// that |n| <= 1 + 10u, which is tested, costs 10. That makes 35 units or 61 uX; whoever rounds p + t d moves
+/// corners by another 6 uX. The margin is 64 eps X = 128 uX. Where something underflows it is off by less
+/// than the smallest normal number or X times that; below kLargest no square overflows. Comparisons are
+/// written so that a NaN proves nothing.
+///
 /// `between(p, q)` returns the vector from the closest point of Q to that of P, for the corners p, q.
 template <std::size_t NP, std::size_t NQ, class Between>
 double freeMotion(const Body<NP>& p, const Body<NQ>& q, double radius, double keep, const Between& between) {
   constexpr int kPlanes = 64;
   constexpr double kWorthwhile = 1e-4;  // stop when a plane adds less than this fraction of the time so far
+  constexpr double kLargest = 1e150;    // coordinates whose squares could overflow
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
   Vector3 apart = between(p.corners, q.corners);
   double distance = apart.norm();
   const double gap = distance - radius;
-  if (!(gap > 0)) return 0;
-  // Rounding of the corners at time t, of the differences and of the products below, several times over.
-  const double rounding =
-      64 * std::numeric_limits<double>::epsilon() * (p.largestCoordinate() + q.largestCoordinate());
+  const double size = p.largestCoordinate() + q.largestCoordinate();
+  if (!(gap > 0 && size < kLargest)) return 0;
+  const double rounding = 64 * kEpsilon * size + std::numeric_limits<double>::min();
   const double target = radius + keep * gap + rounding;
 
   double t = 0;
@@ -62,14 +73,18 @@ double freeMotion(const Body<NP>& p, const Body<NQ>& q, double radius, double ke
   std::array<Vector3, NQ> at_q = q.corners;
   for (int plane = 0; plane < kPlanes; ++plane) {
     const Vector3 n = apart / distance;
+    if (!(n.squaredNorm() <= 1 + 8 * kEpsilon)) return t;  // the squares underflowed
     double step = 1 - t;
     bool to_the_end = true;
     for (std::size_t i = 0; i < NP; ++i)
       for (std::size_t j = 0; j < NQ; ++j) {
         const double slack = n.dot(at_p[i] - at_q[j]) - target;
         const double approach = -n.dot(p.motions[i] - q.motions[j]);
-        if (slack < 0) return t;
-        if (approach * step > slack) step = slack / approach, to_the_end = false;
+        if (!(slack >= 0)) return t;
+        if (!(approach * step <= slack)) {
+          step = slack / approach, to_the_end = false;
+          if (!(step >= 0)) return t;
+        }
       }
     if (to_the_end) return 1;
     t += step;
