@@ -55,7 +55,7 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
 
   // Rayleigh damping beta c du/dt with du/dt = (u - u_hat)/tau folds into the element: stiffness c (1 +
   // beta/tau), at ease at (u_rest + beta/tau u_hat) / (1 + beta/tau).
-  const double rate = model.simulation.stiffness_damping / tau;
+  const double rate = damping_rate = model.simulation.stiffness_damping / tau;
   evaluateElements(nodes, psi, wrenches);  // psi is needed; the wrenches are set below
   for (std::size_t k = 0; k < element_count; ++k) {
     Vector6 u_hat = psi[k] / h;

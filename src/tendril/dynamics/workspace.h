@@ -50,8 +50,9 @@ struct RodWorkspace::Impl {
   std::vector<beam::Element> elements;  // with the Rayleigh term folded in
   std::vector<Vector3> predicted_positions;
   std::vector<Quaternion> predicted_rotations;
-  std::vector<double> masses;        // kg
-  double inertia_weight = 0;         // 1/s^2: what multiplies the mass in the incremental potential
+  std::vector<double> masses;  // kg
+  double damping_rate = 0;     // beta/tau: what the Rayleigh term adds to an element's stiffness, over it
+  double inertia_weight = 0;   // 1/s^2: what multiplies the mass in the incremental potential
   Vector3 rotary = Vector3::Zero();  // rotary inertia over mass, m^2
   std::array<GripperGoal, 2> goals;
   std::array<Grip, 2> grips;
