@@ -56,33 +56,33 @@ struct Quantities {
   double dissipated = 0;  // work of both grippers less the gain of `total`, since the start
 };
 
-/// Calls visit(key, member, meaning) for every quantity, so that reader, writer and docs agree.
+/// Calls visit(key, member) for every quantity, so that reader, writer and docs agree.
 template <class Visit>
 void visitQuantities(Visit&& visit) {
-  visit("time_s", &Quantities::time, "when the step ends");
-  visit("state", &Quantities::state, "which stored state that is");
-  visit("curvature_1_m", &Quantities::curvature, "twist, bending, bending of the elements");
-  visit("strain", &Quantities::strain, "stretch, shear, shear of the elements");
-  visit("internal_moment_n_m", &Quantities::internal_moment, "elastic moment in the elements");
-  visit("internal_force_n", &Quantities::internal_force, "elastic force in the elements");
-  visit("bend_radius_m", &Quantities::bend_radius, "smallest bend radius of the centreline");
-  visit("bend_radius_s_m", &Quantities::bend_radius_s, "where along the rod");
-  visit("gripper_moment_n_m", &Quantities::gripper_moment, "of the grippers on the rod");
-  visit("gripper_force_n", &Quantities::gripper_force, "of the grippers on the rod");
-  visit("gripper_work_j", &Quantities::gripper_work, "of the grippers since the start");
-  visit("contacts", &Quantities::contacts, "normal forces of the obstacles on the rod");
-  visit("friction", &Quantities::friction, "friction of the obstacles on the rod");
-  visit("self_contacts", &Quantities::self_contacts, "forces of the rod on itself");
-  visit("clearance_m", &Quantities::clearance, "of the rod's surface from the obstacles");
-  visit("energy_kinetic_j", &Quantities::kinetic, "of the motion");
-  visit("energy_twist_j", &Quantities::twist, "elastic, of twist");
-  visit("energy_bending_j", &Quantities::bending, "elastic, of bending");
-  visit("energy_stretch_j", &Quantities::stretch, "elastic, of stretch");
-  visit("energy_shear_j", &Quantities::shear, "elastic, of shear");
-  visit("energy_gravity_j", &Quantities::gravity, "of the weight");
-  visit("energy_contact_j", &Quantities::contact, "of the contact barriers");
-  visit("energy_total_j", &Quantities::total, "the sum of these");
-  visit("dissipated_j", &Quantities::dissipated, "lost since the start");
+  visit("time_s", &Quantities::time);
+  visit("state", &Quantities::state);
+  visit("curvature_1_m", &Quantities::curvature);
+  visit("strain", &Quantities::strain);
+  visit("internal_moment_n_m", &Quantities::internal_moment);
+  visit("internal_force_n", &Quantities::internal_force);
+  visit("bend_radius_m", &Quantities::bend_radius);
+  visit("bend_radius_s_m", &Quantities::bend_radius_s);
+  visit("gripper_moment_n_m", &Quantities::gripper_moment);
+  visit("gripper_force_n", &Quantities::gripper_force);
+  visit("gripper_work_j", &Quantities::gripper_work);
+  visit("contacts", &Quantities::contacts);
+  visit("friction", &Quantities::friction);
+  visit("self_contacts", &Quantities::self_contacts);
+  visit("clearance_m", &Quantities::clearance);
+  visit("energy_kinetic_j", &Quantities::kinetic);
+  visit("energy_twist_j", &Quantities::twist);
+  visit("energy_bending_j", &Quantities::bending);
+  visit("energy_stretch_j", &Quantities::stretch);
+  visit("energy_shear_j", &Quantities::shear);
+  visit("energy_gravity_j", &Quantities::gravity);
+  visit("energy_contact_j", &Quantities::contact);
+  visit("energy_total_j", &Quantities::total);
+  visit("dissipated_j", &Quantities::dissipated);
 }
 
 /// The largest or smallest value of one quantity during a motion, and where.

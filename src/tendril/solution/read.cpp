@@ -294,12 +294,12 @@ class SolutionReader {
 
   void readQuantities(const Json& value, Solution& solution) const {
     std::vector<std::string> keys;
-    visitQuantities([&](const char* key, auto, const char*) { keys.emplace_back(key); });
+    visitQuantities([&](const char* key, auto) { keys.emplace_back(key); });
     checkKeys(value, "quantities", keys);
     const auto elements = static_cast<std::size_t>(solution.scenario.rod.elements);
     std::vector<Quantities>& out = solution.quantities;
     out.resize(list(value["time_s"], "quantities.time_s").size());
-    visitQuantities([&](const char* key, auto member, const char*) {
+    visitQuantities([&](const char* key, auto member) {
       const std::string path = fmt::format("quantities.{}", key);
       const Json::array_t& column = list(value[key], path);
       if (column.size() != out.size())

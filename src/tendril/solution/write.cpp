@@ -194,7 +194,7 @@ const char* name(PlanStatus status) {
 
 Json toJson(std::span<const Quantities> quantities) {
   Json out = Json::object();
-  visitQuantities([&](const char* key, auto member, const char*) {
+  visitQuantities([&](const char* key, auto member) {
     Json column = Json::array();
     for (const Quantities& q : quantities) column.push_back(toJson(q.*member));
     out[key] = std::move(column);
