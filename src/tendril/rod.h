@@ -59,12 +59,13 @@ using RodShape = std::vector<Pose>;
 }
 
 /// A rod in motion. `velocities[i]` = (angular, body frame [rad/s]; linear, world frame [m/s]).
-/// `previous_*` hold one step of history for the second-order scheme and are empty otherwise.
+/// `accelerations` [rad/s^2; m/s^2], in the same frames, and `previous_nodes` are the history of the
+/// second-order scheme and empty otherwise.
 struct RodState {
   RodShape nodes;
   std::vector<Vector6> velocities;
+  std::vector<Vector6> accelerations;
   RodShape previous_nodes;
-  std::vector<Vector6> previous_velocities;
 
   [[nodiscard]] static RodState atRest(RodShape shape);
 };

@@ -41,15 +41,8 @@ Vector3 settledTip(double young_modulus, int elements) {
 TEST(FreeRod, HeavyCantileverSettlesOntoTheCosseratSolution) {
   // Tip (x, z) of the boundary value problem solved to a residual of 1e-9.
   const Vector3 soft = settledTip(1e6, 40), stiff = settledTip(1e8, 40);
-  EXPECT_LT((soft - Vector3(0.074541, 0, -0.975029)).norm(), 1e-3) << soft.transpose();
-  EXPECT_LT((stiff - Vector3(0.893350, 0, -0.419313)).norm(), 2e-4) << stiff.transpose();
-}
-
-TEST(FreeRod, ConvergesWithSecondOrderInTheElementLength) {
-  const Vector3 exact(0.893350, 0, -0.419313);
-  const double coarse = (settledTip(1e8, 10) - exact).norm(), fine = (settledTip(1e8, 20) - exact).norm();
-  EXPECT_GT(coarse / fine, 3.3);
-  EXPECT_LT(coarse / fine, 4.7);
+  EXPECT_LT((soft - Vector3(0.074541, 0, -0.975029)).norm(), 3e-5) << soft.transpose();
+  EXPECT_LT((stiff - Vector3(0.893350, 0, -0.419313)).norm(), 2e-6) << stiff.transpose();
 }
 
 TEST(FreeRod, FreeMotionDecaysAsExpOfMinusDragTimesTime) {
@@ -68,6 +61,14 @@ TEST(FreeRod, FreeMotionDecaysAsExpOfMinusDragTimesTime) {
   EXPECT_NEAR(state.nodes[5].position.y(), -0.2 * (1 - left) / 2, 2e-4);
 }
 
+/// The velocity of node i's mass: an end node's sits a sixth of an element inside.
+Vector3 massVelocity(const RodState& state, std::size_t i) {
+  const double inside = 1.0 / 6 / static_cast<double>(state.nodes.size() - 1);
+  const double offset = i == 0 ? inside : i + 1 == state.nodes.size() ? -inside : 0;
+  const Vector3 w = state.velocities[i].head<3>();
+  return state.velocities[i].tail<3>() + state.nodes[i].rotation * w.cross(Vector3(offset, 0, 0));
+}
+
 TEST(FreeRod, FreeFlightConservesMomentum) {
   Scenario s = rodScenario(5e7, 20);
   s.simulation.drag = 0;
@@ -80,7 +81,7 @@ TEST(FreeRod, FreeFlightConservesMomentum) {
   const auto momentum = [&] {
     Vector3 sum = Vector3::Zero();
     for (std::size_t i = 0; i < state.nodes.size(); ++i)
-      sum += (i == 0 || i == 20 ? 0.5 : 1.0) * state.velocities[i].tail<3>();
+      sum += (i == 0 || i == 20 ? 0.5 : 1.0) * massVelocity(state, i);
     return sum;
   };
   const Vector3 before = momentum();
@@ -108,10 +109,10 @@ TEST(FreeRod, SecondOrderSchemeFollowsTheUndampedFallOfACantilever) {
   clamp.held = {true, false};
   ControlRunner runner(model, clamp, state);
   for (int k = 0; k < 500; ++k) runner.advance(state, workspace);
-  EXPECT_LT((state.nodes.back().position - Vector3(0.616, 0, -0.720)).norm(), 5e-3)
+  EXPECT_LT((state.nodes.back().position - Vector3(0.616, 0, -0.720)).norm(), 1e-3)
       << state.nodes.back().position.transpose();
   for (int k = 0; k < 500; ++k) runner.advance(state, workspace);
-  EXPECT_LT((state.nodes.back().position - Vector3(0.9993, 0, 0.011)).norm(), 8e-3)
+  EXPECT_LT((state.nodes.back().position - Vector3(0.9993, 0, 0.011)).norm(), 1e-3)
       << state.nodes.back().position.transpose();
 }
 

@@ -153,6 +153,18 @@ TEST(Quantities, ClampedCantileverCarriesTheWeightBeyondEverySection) {
   EXPECT_LT((q.gripper_force[0] + 40 * share).norm(), 1e-6 * force);
 }
 
+/// The masses that stand for the rod's, in the axes of their nodes: those of the ends sit h/6 inside.
+struct NodeMass {
+  double mass;
+  Vector3 at;
+};
+std::vector<NodeMass> nodeMasses(const RodProperties& rod) {
+  const double share = massOf(rod) / rod.elements, inside = rod.elementLength() / 6;
+  std::vector<NodeMass> out(static_cast<std::size_t>(rod.elements) + 1, {share, Vector3::Zero()});
+  out.front() = {share / 2, {inside, 0, 0}}, out.back() = {share / 2, {-inside, 0, 0}};
+  return out;
+}
+
 /// The resultant force and moment about the origin of all that acts on the rod, inertia and drag left out.
 struct Resultant {
   Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
@@ -161,10 +173,9 @@ struct Resultant {
 };
 Resultant resultant(const Scenario& s, const RodState& state, const Quantities& q) {
   Resultant out;
-  const double share = massOf(s.rod) / s.rod.elements;
+  const std::vector<NodeMass> masses = nodeMasses(s.rod);
   for (std::size_t i = 0; i < state.nodes.size(); ++i)
-    out.add((i == 0 || i + 1 == state.nodes.size() ? 0.5 : 1) * share * s.environment.gravity,
-            state.nodes[i].position);
+    out.add(masses[i].mass * s.environment.gravity, state.nodes[i] * masses[i].at);
   for (const End end : kBothEnds) {
     const auto e = static_cast<std::size_t>(end);
     out.add(q.gripper_force[e], endPose(state.nodes, end).position);
@@ -208,7 +219,8 @@ TEST(Quantities, ForcesOnARodInMotionAreItsChangeOfMomentumAndItsDrag) {
       obstaclesOf({block({-0.3, -0.3, -0.5}, {0.3, 0.3, -0.02}), block({0.45, -1, -1}, {0.5, 1, 1})});
   Motion motion(s, o, straight({Quaternion::Identity(), {-0.6, 0, 0.05}}, 1, 16));
   Random random(3);
-  const double dt = s.simulation.time_step, share = massOf(s.rod) / 16;
+  const double dt = s.simulation.time_step;
+  const std::vector<NodeMass> masses = nodeMasses(s.rod);
   int balanced = 0, touching = 0, rubbing = 0;
   for (int k = 0; k < 12; ++k) {
     Control control = holding(k % 4 != 1, k % 4 != 0);
@@ -217,14 +229,16 @@ TEST(Quantities, ForcesOnARodInMotionAreItsChangeOfMomentumAndItsDrag) {
                       {random.uniform(-0.4, 0.8), random.uniform(-0.4, 0.4), random.uniform(-0.4, 0.05)}};
     ControlRunner runner(motion.model, control, motion.state);
     for (int i = 0; i < 30; ++i) {
-      const std::vector<Vector6> before = motion.state.velocities;
+      const RodState before = motion.state;
       if (runner.advance(motion.state, motion.workspace).status != StepReport::Status::converged) continue;
       const Quantities q = motion.now();
       Vector3 change = Vector3::Zero();
-      for (std::size_t j = 0; j < before.size(); ++j) {
-        const Vector3 v = motion.state.velocities[j].tail<3>();
-        change +=
-            (j == 0 || j == 16 ? 0.5 : 1) * share * ((v - before[j].tail<3>()) / dt + s.simulation.drag * v);
+      for (std::size_t j = 0; j < masses.size(); ++j) {
+        const auto& [mass, at] = masses[j];
+        const Vector3 w = before.velocities[j].head<3>();
+        const Vector3 v = before.velocities[j].tail<3>() + before.nodes[j].rotation * w.cross(at);
+        const Vector3 v_now = (motion.state.nodes[j] * at - before.nodes[j] * at) / dt;
+        change += mass * ((v_now - v) / dt + s.simulation.drag * v_now);
       }
       const Resultant all = resultant(s, motion.state, q);
       EXPECT_LT((all.force - change).norm(), 1e-5 * all.size) << k << " " << i;

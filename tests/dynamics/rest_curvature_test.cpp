@@ -61,7 +61,7 @@ std::vector<Vector3> uneven(int elements) {
 
 const std::vector<std::vector<Vector3>>& kinds() {
   static const std::vector<std::vector<Vector3>> all = {
-      {Vector3(0, 0, 2)}, {Vector3(0, -4, 0)}, {Vector3(3, 2, -5)}, {Vector3(9, 0, 0)}, uneven(10)};
+      {Vector3(0, 0, 2)}, {Vector3(0, -4, 0)}, {Vector3(3, 2, -5)}, {Vector3(9, 0, 0)}, uneven(40)};
   return all;
 }
 
@@ -72,7 +72,7 @@ TEST(RestCurvature, ARodOnItsHelixStaysThereHeldOrFree) {
   for (const auto& curvature : kinds())
     for (const Scheme scheme : {Scheme::implicit_euler, Scheme::second_order})
       for (const bool held : {false, true}) {
-        Scenario s = preformed(10, curvature);
+        Scenario s = preformed(40, curvature);
         s.simulation.scheme = scheme;
         s.simulation.drag = 0;
         const RodModel model(s, obstacles);
@@ -90,17 +90,19 @@ TEST(RestCurvature, ARodOnItsHelixStaysThereHeldOrFree) {
 
 TEST(RestCurvature, AClampedRodWithoutInertiaRelaxesToItsHelixAtTheRateOfItsDamping) {
   // beta c du/dt + c (u - u_rest) = 0, so that implicit Euler leaves (1 + dt/beta)^-n of the difference after
-  // n steps, in every element and every component alike.
+  // n steps, in every element and every component alike. Where the elastic moment, which alone is not in
+  // balance here, is not parallel to the curvature, the element takes the rod to bend within it: to order
+  // h^2.
   const Obstacles obstacles = nothing();
   for (const auto& curvature : kinds()) {
-    Scenario s = preformed(10, curvature);
+    Scenario s = preformed(40, curvature);
     s.simulation.inertia = false;
     s.simulation.drag = 0;
     s.simulation.stiffness_damping = 0.1;
     RodModel model(s, obstacles);
     model.newton.tolerance = 1e-9;
     model.newton.max_iterations = 100;  // nothing slows the first steps down: a radian each
-    RodState state = RodState::atRest(straight(kSomewhere, 1, 10));
+    RodState state = RodState::atRest(straight(kSomewhere, 1, 40));
     RodWorkspace workspace;
     Control clamp;
     clamp.held = {true, false};
@@ -108,7 +110,8 @@ TEST(RestCurvature, AClampedRodWithoutInertiaRelaxesToItsHelixAtTheRateOfItsDamp
     for (int n = 1; n <= 40; ++n) {
       runner.advance(state, workspace);
       const double share = 1 - std::pow(1 + s.simulation.time_step / 0.1, -n);
-      EXPECT_LT(farthest(state.nodes, shapeAtRest(s.rod, kSomewhere, share)), 1e-7)
+      const bool one_axis = curvature.size() == 1 && (curvature[0].array() != 0).count() == 1;
+      EXPECT_LT(farthest(state.nodes, shapeAtRest(s.rod, kSomewhere, share)), one_axis ? 1e-7 : 5e-4)
           << curvature.front().transpose() << " after " << n << " steps";
     }
   }
@@ -118,10 +121,10 @@ TEST(RestCurvature, ARodStartedStraightAndHeldAtEitherEndSwingsIntoItsHelix) {
   const Obstacles obstacles = nothing();
   for (const auto& curvature : kinds())
     for (const End end : kBothEnds) {
-      Scenario s = preformed(10, curvature);
+      Scenario s = preformed(40, curvature);
       s.simulation.stiffness_damping = 0.02;
       const RodModel model(s, obstacles);
-      RodState state = RodState::atRest(straight(kSomewhere, 1, 10));
+      RodState state = RodState::atRest(straight(kSomewhere, 1, 40));
       const Pose clamped = endPose(state.nodes, end);
       RodWorkspace workspace;
       Control clamp;
@@ -137,8 +140,9 @@ TEST(RestCurvature, ARodStartedStraightAndHeldAtEitherEndSwingsIntoItsHelix) {
 }
 
 TEST(RestCurvature, ACantileverBentUpByWhatItsWeightBendsItDownHangsLevel) {
-  // Level, the moment in an element is that of the nodes beyond about its middle: about +y, for gravity along
-  // -z. A rest curvature of -m / c2 leaves the rod straight, but for its shear.
+  // Level, the weight's moment x from the tip is q x^2/2 about +y, for gravity along -z. A rest curvature of
+  // minus its mean over c2 in each element leaves every node level; within an element the shear force V bends
+  // the rod about the mean, which lowers the next node by V h^3/12 c2, and by its shear.
   constexpr int kElements = 16;
   Scenario s = preformed(kElements, {});
   s.environment.gravity = {0, 0, -9.81};
@@ -146,18 +150,14 @@ TEST(RestCurvature, ACantileverBentUpByWhatItsWeightBendsItDownHangsLevel) {
   s.simulation.time_step = 0.5;
   s.simulation.drag = 0.1;
   s.simulation.stiffness_damping = 0;
-  const double h = s.rod.elementLength();
-  const double node_weight = 9.81 * s.rod.density * std::numbers::pi * 1e-4 * h;
+  const double h = s.rod.elementLength(), q = 9.81 * s.rod.density * std::numbers::pi * 1e-4;
   RodShape level = {Pose{}};
   for (int k = 0; k < kElements; ++k) {
-    double weight = 0, moment = 0;
-    for (int i = k + 1; i <= kElements; ++i) {
-      const double w = i == kElements ? node_weight / 2 : node_weight;
-      weight += w, moment += w * (i - k - 0.5) * h;
-    }
+    const double x = (kElements - k - 0.5) * h;
+    const double moment = q * (x * x + h * h / 12) / 2, force = q * x;
     s.rod.rest_curvature.emplace_back(0, -moment / s.rod.c[1], 0);
-    level.push_back({{}, level.back().position + Vector3(h, 0, -h * weight / s.rod.c[5])});
-    level.back().rotation.setIdentity();
+    const double lowered = h * force * (1 / s.rod.c[5] + h * h / (12 * s.rod.c[1]));
+    level.push_back({{}, level.back().position + Vector3(h, 0, -lowered)});
   }
   ASSERT_GT(-s.rod.rest_curvature.front().y(), 1);  // not a small one
   const Obstacles obstacles = nothing();
@@ -169,7 +169,7 @@ TEST(RestCurvature, ACantileverBentUpByWhatItsWeightBendsItDownHangsLevel) {
   clamp.held = {true, false};
   ControlRunner runner(model, clamp, state);
   for (int k = 0; k < 1000; ++k) runner.advance(state, workspace);
-  EXPECT_LT(farthest(state.nodes, level), 1e-6);
+  EXPECT_LT(farthest(state.nodes, level), 2e-6);
 }
 
 /// Elastic and kinetic energy [J], from the definition.
@@ -179,14 +179,17 @@ double energyOf(const RodProperties& rod, const RodState& state) {
   for (std::size_t i = 0; i < state.nodes.size(); ++i) {
     const bool is_end = i == 0 || i + 1 == state.nodes.size();
     const double mass = rod.density * std::numbers::pi * r * r * h * (is_end ? 0.5 : 1);
-    const Vector6& v = state.velocities[i];
-    const Vector3 rotary = r * r / 4 * Vector3(2, 1, 1);
-    sum += mass / 2 * (v.tail<3>().squaredNorm() + rotary.dot(v.head<3>().cwiseAbs2()));
+    const Vector3 w = state.velocities[i].head<3>(), rotary = r * r / 4 * Vector3(2, 1, 1);
+    const Vector3 inside = (i == 0 ? h / 6 : is_end ? -h / 6 : 0) * Vector3::UnitX();
+    const Vector3 v = state.velocities[i].tail<3>() + state.nodes[i].rotation * w.cross(inside);
+    sum += mass / 2 * (v.squaredNorm() + rotary.dot(w.cwiseAbs2()));
     if (i + 1 == state.nodes.size()) break;
     Vector6 u = logSE3(state.nodes[i].inverse() * state.nodes[i + 1]) / h;
     u[3] -= 1;
     u.head<3>() -= rod.restCurvature(static_cast<int>(i));
-    sum += h / 2 * rod.c.dot(u.cwiseAbs2());
+    Vector6 c = rod.c;
+    c[4] = 1 / (1 / c[4] + h * h / (12 * c[2])), c[5] = 1 / (1 / c[5] + h * h / (12 * c[1]));
+    sum += h / 2 * c.dot(u.cwiseAbs2());
   }
   return sum;
 }
@@ -194,13 +197,13 @@ double energyOf(const RodProperties& rod, const RodState& state) {
 TEST(RestCurvature, EnergyOnlyDecaysBetweenClampedEnds) {
   const Obstacles obstacles = nothing();
   for (const auto& curvature : kinds()) {
-    Scenario s = preformed(10, curvature);
+    Scenario s = preformed(40, curvature);
     s.simulation.time_step = 0.002;
     RodModel model(s, obstacles);
     model.newton.tolerance = 1e-8;
     // Between the ends of half the curvature, in between pushed out of balance.
     RodState state = RodState::atRest(shapeAtRest(s.rod, {}, 0.5));
-    for (std::size_t i = 3; i < 8; ++i) state.velocities[i].tail<3>() = Vector3(0, 0.5, -0.3);
+    for (std::size_t i = 12; i < 32; ++i) state.velocities[i].tail<3>() = Vector3(0, 0.5, -0.3);
     RodWorkspace workspace;
     Control clamp;
     clamp.held = {true, true};

@@ -197,7 +197,7 @@ TEST(RodState, AtRestHasAVelocityOfZeroForEveryNodeAndNoHistory) {
   EXPECT_EQ(state.nodes.size(), 5u);
   ASSERT_EQ(state.velocities.size(), 5u);
   for (const Vector6& v : state.velocities) EXPECT_EQ(v, Vector6::Zero());
-  EXPECT_TRUE(state.previous_nodes.empty() && state.previous_velocities.empty());
+  EXPECT_TRUE(state.previous_nodes.empty() && state.accelerations.empty());
 }
 
 TEST(Ends, EachIsTheOtherOfTheOther) {

@@ -39,6 +39,53 @@ struct Element {
   }
 };
 
+/// The stiffness of an element of length h [m] of a rod with stiffness c: to its shear force it gives way by
+/// the bending that the force makes within it, too (README.md, section 2).
+[[nodiscard]] inline Vector6 elementStiffness(const Vector6& c, double h) {
+  Vector6 k = c;
+  k[4] = 1 / (1 / c[4] + h * h / (12 * c[2]));
+  k[5] = 1 / (1 / c[5] + h * h / (12 * c[1]));
+  return k;
+}
+
+/// What else the change of strain along an element does, to order h^2, as a change of the strain at which the
+/// element is at ease. With U = psi/h the strain changes by u' = c^-1 ad_U^T f along the rod, the mean strain
+/// gains h^2/12 ad_U u' (elementStiffness says part of it) and the conjugate wrench h^2/12 ad_u'^T f
+/// (README.md, section 2).
+///   c is the rod's stiffness, `f` the element's elastic wrench, `psi` as above.
+[[nodiscard]] inline Vector6 restStrainShift(const Vector6& c, double h, const Vector6& psi,
+                                             const Vector6& f) {
+  const auto bracket = [](const Vector6& a, const Vector6& b) {  // ad_a b
+    Vector6 x;
+    x << a.head<3>().cross(b.head<3>()), a.head<3>().cross(b.tail<3>()) + a.tail<3>().cross(b.head<3>());
+    return x;
+  };
+  const auto dualBracket = [](const Vector6& a, const Vector6& wrench) {  // ad_a^T wrench
+    Vector6 x;
+    x << wrench.head<3>().cross(a.head<3>()) + wrench.tail<3>().cross(a.tail<3>()),
+        wrench.tail<3>().cross(a.head<3>());
+    return x;
+  };
+  // The series in h has no meaning for an element that turns by a radian, or that its force could buckle.
+  const double coarseness = psi.head<3>().squaredNorm() + h * h * f.tail<3>().norm() / std::min(c[1], c[2]);
+  if (coarseness >= 1) return Vector6::Zero();
+  const Vector6 rate = dualBracket(psi / h, f).cwiseQuotient(c), stiffness = elementStiffness(c, h);
+  return (1 - coarseness * coarseness) * (h / 12 * bracket(psi, rate) + f.cwiseQuotient(c) -
+                                          (f + h * h / 12 * dualBracket(rate, f)).cwiseQuotient(stiffness));
+}
+
+/// An element without damping, of a rod with stiffness c and this curvature at rest [1/m], as the shape `psi`
+/// shifts its rest.
+[[nodiscard]] inline Element elasticElement(const Vector6& c, double h, const Vector3& rest_curvature,
+                                            const Vector6& psi) {
+  Vector6 rest = Vector6::Zero();
+  rest.head<3>() = rest_curvature;
+  Element element{h, elementStiffness(c, h), rest};
+  for (int pass = 0; pass < 2; ++pass)  // the wrench owes something to the shift itself
+    element.reference = rest + restStrainShift(c, h, psi, element.wrench(psi));
+  return element;
+}
+
 /// Gradient and Hessian blocks of one element's energy by the body increments (w, y) of its nodes i and j,
 /// where a node moves to (R exp(w), p + R y).
 struct ElementDerivatives {

@@ -5,6 +5,13 @@
 #include "tendril/dynamics/workspace.h"
 
 namespace tendril {
+namespace {
+
+constexpr double kClamp = 1000;  // how much stiffer than a moving gripper one that is held still is
+/// What a step of the second-order scheme leaves of the highest frequencies.
+constexpr double kSpectralRadius = 0.8;
+
+}  // namespace
 
 void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<GripperGoal, 2>& step_goals,
                                  const RodState& state) {
@@ -15,7 +22,7 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
   const bool resized = nodes.size() != n;
   if (resized) {
     elements.resize(element_count);
-    predicted_positions.resize(n), predicted_rotations.resize(n), masses.resize(n);
+    predicted_masses.resize(n), predicted_rotations.resize(n), predicted_motion.resize(n), masses.resize(n);
     nodes.resize(n), trial.resize(n);
     positions.resize(n), trial_positions.resize(n), motion.resize(n);
     limited_motion.resize(n);
@@ -25,13 +32,14 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
     gradient.resize(n);
   }
 
-  // The scheme, as v_new = (x - x_hat)/tau and a = (v_new - v_hat)/tau: implicit Euler, or BDF2 once there is
-  // a history.
-  const bool second = model.simulation.scheme == Scheme::second_order && !state.previous_nodes.empty();
-  const double tau = second ? 2 * dt / 3 : dt, drag = model.simulation.drag;
+  // Implicit Euler, or the second-order scheme once there is a history.
   const bool inertia = model.simulation.inertia;
-  inertia_weight = (inertia ? 1 / (tau * tau) : 0) + std::max(drag, inertia ? 0.0 : 1e-9) / tau;
-  const double coast = inertia ? tau / (1 + drag * tau) : 0;  // how far the velocity carries against the drag
+  const bool second =
+      model.simulation.scheme == Scheme::second_order && inertia && !state.accelerations.empty();
+  scheme = second ? Newmark::secondOrder(kSpectralRadius, dt) : Newmark::implicitEuler(dt);
+  const double drag = model.simulation.drag;
+  inertia_weight = inertia ? scheme.weight(drag) : std::max(drag, 1e-9) / dt;
+  end_offset = h / 6;
 
   const double area = std::numbers::pi * rod.radius * rod.radius;
   for (std::size_t i = 0; i < n; ++i) {
@@ -39,23 +47,28 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
     nodes[i].pose = state.nodes[i];
     nodes[i].rotation = state.nodes[i].rotation.toRotationMatrix();
     positions[i] = state.nodes[i].position;
-    Vector6 v_hat = state.velocities[i];
-    Vector3 x_hat = state.nodes[i].position;
-    Vector3 turn = Vector3::Zero();  // from the frame now to the scheme's x_hat
-    if (second) {
-      v_hat = (4 * state.velocities[i] - state.previous_velocities[i]) / 3;
-      x_hat = (4 * state.nodes[i].position - state.previous_nodes[i].position) / 3;
-      turn = logSO3(state.previous_nodes[i].rotation.conjugate() * state.nodes[i].rotation) / 3;
+    Vector6 predicted = Vector6::Zero();
+    const Vector3 offset = massOffset(i) * Vector3::UnitX();
+    predicted_masses[i] = positions[i] + nodes[i].rotation * offset;
+    if (inertia) {
+      const Vector6& v = state.velocities[i];
+      const Vector6 a = second ? state.accelerations[i] : Vector6::Zero();
+      predicted = scheme.predict(v, a, drag);
+      const Vector3 w = v.head<3>();
+      const Vector3 mass_v = v.tail<3>() + nodes[i].rotation * w.cross(offset);
+      const Vector3 mass_a =
+          a.tail<3>() + nodes[i].rotation * (a.head<3>().cross(offset) + w.cross(w.cross(offset)));
+      predicted_masses[i] += scheme.predict(mass_v, second ? mass_a : Vector3::Zero(), drag);
     }
-    predicted_positions[i] = x_hat + coast * v_hat.tail<3>();
-    predicted_rotations[i] = state.nodes[i].rotation * expSO3(turn + coast * v_hat.head<3>());
+    predicted_rotations[i] = state.nodes[i].rotation * expSO3(predicted.head<3>());
+    predicted_motion[i] = predicted.tail<3>();
   }
   // Rotary inertia of a round section per unit mass: (r^2/2, r^2/4, r^2/4).
   rotary = 0.25 * rod.radius * rod.radius * Vector3(2, 1, 1);
 
   // Rayleigh damping beta c du/dt with du/dt = (u - u_hat)/tau folds into the element: stiffness c (1 +
   // beta/tau), at ease at (u_rest + beta/tau u_hat) / (1 + beta/tau).
-  const double rate = damping_rate = model.simulation.stiffness_damping / tau;
+  const double rate = model.simulation.stiffness_damping / (second ? 2 * dt / 3 : dt);
   evaluateElements(nodes, psi, wrenches);  // psi is needed; the wrenches are set below
   for (std::size_t k = 0; k < element_count; ++k) {
     Vector6 u_hat = psi[k] / h;
@@ -67,9 +80,10 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
       u_previous[3] -= 1;
       u_hat = (4 * u_hat - u_previous) / 3;
     }
-    Vector6 reference = (rate / (1 + rate)) * u_hat;
-    reference.head<3>() += rod.restCurvature(static_cast<int>(k)) / (1 + rate);
-    elements[k] = {h, (1 + rate) * rod.c, reference};
+    beam::Element& element = elements[k];
+    element = beam::elasticElement(rod.c, h, rod.restCurvature(static_cast<int>(k)), psi[k]);
+    element.c *= 1 + rate;
+    element.reference = (element.reference + rate * u_hat) / (1 + rate);
     wrenches[k] = elements[k].wrench(psi[k]);
   }
 
@@ -84,15 +98,36 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
     grip.start = e == 0 ? state.nodes.front() : state.nodes.back();
     grip.pull = {.stiffness = limits.max_force / (0.002 * rod.length)};
     grip.turn = {.stiffness = limits.max_torque / 0.02};
-    if (goals[e].moving) grip.pull.cap = limits.max_force, grip.turn.cap = limits.max_torque;
     grip.travel_brake = {.stiffness = grip.pull.stiffness, .slack = 1.1 * limits.max_speed * dt};
     grip.turn_brake = {.stiffness = grip.turn.stiffness, .slack = 1.1 * limits.max_turn * dt};
+    if (goals[e].moving)
+      grip.pull.cap = limits.max_force, grip.turn.cap = limits.max_torque;
+    else
+      grip.pull.stiffness *= kClamp, grip.turn.stiffness *= kClamp;
   }
 
   has_contacts = !model.obstacles->faces().empty() || rod.self_contact;
   if (has_contacts) {
     const double dhat = model.simulation.contact_distance;
     contacts.prepare(*model.obstacles, rod, {dhat, 0.25 * model.grippers.max_force / dhat});
+  }
+}
+
+void RodWorkspace::Impl::updateState(const RodModel& model, RodState& state) const {
+  const bool keep_history = model.simulation.scheme == Scheme::second_order && model.simulation.inertia;
+  if (!keep_history) state.accelerations.clear(), state.previous_nodes.clear();
+  const bool second = !state.accelerations.empty();
+  if (keep_history)
+    state.accelerations.resize(nodes.size(), Vector6::Zero()), state.previous_nodes = state.nodes;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const Vector6 v = state.velocities[i], a = second ? state.accelerations[i] : Vector6::Zero();
+    Vector6 moved;
+    moved << logSO3(state.nodes[i].rotation.conjugate() * nodes[i].pose.rotation),
+        positions[i] - state.nodes[i].position;
+    const Vector6 beyond = moved - scheme.coast(v, a);
+    state.velocities[i] = scheme.coastVelocity(v, a) + scheme.velocityRate() * beyond;
+    if (keep_history) state.accelerations[i] = scheme.accelerationRate() * beyond;
+    state.nodes[i] = nodes[i].pose;
   }
 }
 
@@ -110,8 +145,9 @@ double RodWorkspace::Impl::smoothEnergy(const RodModel& model, const std::vector
   for (std::size_t k = 0; k < elements.size(); ++k) sum += elements[k].energy(f[k]);
   for (std::size_t i = 0; i < at.size(); ++i) {
     const double m = masses[i];
-    sum += 0.5 * m * inertia_weight * (at[i].pose.position - predicted_positions[i]).squaredNorm();
-    sum -= m * model.gravity.dot(at[i].pose.position);
+    const Vector3 mass_at = at[i].pose.position + massOffset(i) * at[i].rotation.col(0);
+    sum += 0.5 * m * inertia_weight * (mass_at - predicted_masses[i]).squaredNorm();
+    sum -= m * model.gravity.dot(mass_at);
     const Vector3 theta = logSO3(predicted_rotations[i].conjugate() * at[i].pose.rotation);
     sum += 0.5 * inertia_weight * m * theta.cwiseProduct(rotary).dot(theta);
   }
@@ -146,9 +182,18 @@ void RodWorkspace::Impl::addSmoothTerms(const RodModel& model) {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const Matrix3& r = nodes[i].rotation;
     const double m = masses[i], w = m * inertia_weight;
-    const Vector3 force = w * (nodes[i].pose.position - predicted_positions[i]) - m * model.gravity;
-    system.rhs[i].tail<3>() -= r.transpose() * force;
+    const double offset = massOffset(i);
+    const Vector3 mass_at = nodes[i].pose.position + offset * r.col(0);
+    const Vector3 force = r.transpose() * (w * (mass_at - predicted_masses[i]) - m * model.gravity);
+    system.rhs[i].tail<3>() -= force;
     system.diagonal[i].diagonal().tail<3>().array() += w;
+    if (offset != 0) {  // the mass moves by y - o x w, o along the tangent
+      const Matrix3 o = skew(Vector3(offset, 0, 0));
+      system.rhs[i].head<3>() -= o * force;
+      system.diagonal[i].topLeftCorner<3, 3>() -= w * o * o;
+      system.diagonal[i].topRightCorner<3, 3>() += w * o;
+      system.diagonal[i].bottomLeftCorner<3, 3>() -= w * o;
+    }
     const Vector3 theta = logSO3(predicted_rotations[i].conjugate() * nodes[i].pose.rotation);
     const Matrix3 j = rightJacobianInverseSO3(theta);
     system.rhs[i].head<3>() -= w * (j.transpose() * rotary.cwiseProduct(theta));

@@ -19,9 +19,8 @@ void measureElements(const RodModel& model, const RodWorkspace::Impl& w, Quantit
   q.curvature.resize(n), q.strain.resize(n), q.internal_moment.resize(n), q.internal_force.resize(n);
   double sharpest = 0;
   for (std::size_t k = 0; k < n; ++k) {
-    beam::Element elastic = w.elements[k];
-    elastic.c /= 1 + w.damping_rate;
-    elastic.reference << model.rod.restCurvature(static_cast<int>(k)), 0, 0, 0;
+    const beam::Element elastic = beam::elasticElement(
+        model.rod.c, w.elements[k].h, model.rod.restCurvature(static_cast<int>(k)), w.psi[k]);
     const Vector6 f = elastic.wrench(w.psi[k]), u = strain(f, model.rod.c), xi = w.psi[k] / elastic.h;
     q.curvature[k] = xi.head<3>(), q.strain[k] = u.tail<3>();
     q.internal_moment[k] = f.head<3>(), q.internal_force[k] = f.tail<3>();
@@ -56,9 +55,11 @@ void measureGrippers(const RodWorkspace::Impl& w, Quantities& q) {
 
 void measureMotion(const RodModel& model, const RodState& state, const RodWorkspace::Impl& w, Quantities& q) {
   for (std::size_t i = 0; i < state.nodes.size(); ++i) {
-    const Vector3 turn = state.velocities[i].head<3>(), velocity = state.velocities[i].tail<3>();
+    const Vector3 offset = w.massOffset(i) * Vector3::UnitX(), turn = state.velocities[i].head<3>();
+    const Vector3 at = w.positions[i] + w.nodes[i].rotation * offset;  // of the node's mass
+    const Vector3 velocity = state.velocities[i].tail<3>() + w.nodes[i].rotation * turn.cross(offset);
     q.kinetic += 0.5 * w.masses[i] * (velocity.squaredNorm() + turn.cwiseProduct(w.rotary).dot(turn));
-    q.gravity -= w.masses[i] * model.gravity.dot(w.positions[i]);
+    q.gravity -= w.masses[i] * model.gravity.dot(at);
   }
 }
 

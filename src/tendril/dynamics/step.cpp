@@ -125,8 +125,8 @@ StepReport step(const RodModel& model, const std::array<GripperGoal, 2>& goals, 
   // potential.
   for (std::size_t i = 0; i < n; ++i) {
     w.system.rhs[i] << logSO3(w.nodes[i].pose.rotation.conjugate() * w.predicted_rotations[i]),
-        w.nodes[i].rotation.transpose() * (w.predicted_positions[i] - w.positions[i]);
-    w.motion[i] = w.predicted_positions[i] - w.positions[i];
+        w.nodes[i].rotation.transpose() * w.predicted_motion[i];
+    w.motion[i] = w.predicted_motion[i];
   }
   if (double guessed = 0; w.tryFraction(model, filter(model, 1, w), guessed) && guessed < energy) {
     energy = guessed;
@@ -178,28 +178,7 @@ StepReport step(const RodModel& model, const std::array<GripperGoal, 2>& goals, 
   }
   report.contacts = w.has_contacts ? static_cast<int>(w.contacts.activeTerms()) : 0;
 
-  // New velocities by the scheme; history for the second-order one.
-  const bool second = model.simulation.scheme == Scheme::second_order;
-  const bool has_history = second && !state.previous_nodes.empty();
-  if (second) {
-    if (!has_history) state.previous_nodes = state.nodes, state.previous_velocities = state.velocities;
-  }
-  for (std::size_t i = 0; i < n; ++i) {
-    const Pose now = state.nodes[i];
-    const Vector6 velocity = state.velocities[i];
-    Vector6 moved;
-    moved << logSO3(now.rotation.conjugate() * w.nodes[i].pose.rotation), w.positions[i] - now.position;
-    if (has_history) {
-      Vector6 moved_before;
-      moved_before << logSO3(state.previous_nodes[i].rotation.conjugate() * now.rotation),
-          now.position - state.previous_nodes[i].position;
-      state.velocities[i] = (3 * moved - moved_before) / (2 * dt);
-    } else {
-      state.velocities[i] = moved / dt;
-    }
-    if (second) state.previous_nodes[i] = now, state.previous_velocities[i] = velocity;
-    state.nodes[i] = w.nodes[i].pose;
-  }
+  w.updateState(model, state);
   if (record_way_points) w.chooseWayPoints(model);
   return report;
 }

@@ -45,15 +45,51 @@ struct Grip {
   }
 };
 
+/// Newmark's formulas with the inertia averaged (Wood, Bossak and Zienkiewicz 1980): implicit Euler and the
+/// second-order scheme are two members of the family. README.md, section 1.
+struct Newmark {
+  double alpha, beta, gamma, dt;
+
+  [[nodiscard]] static Newmark implicitEuler(double dt) { return {0, 1, 1, dt}; }
+  /// Of second order; `rho` is what a step leaves of the highest frequencies, in [0, 1].
+  [[nodiscard]] static Newmark secondOrder(double rho, double dt) {
+    const double alpha = (rho - 1) / (rho + 1);
+    return {alpha, 0.25 * (1 - alpha) * (1 - alpha), 0.5 - alpha, dt};
+  }
+
+  [[nodiscard]] double accelerationRate() const { return 1 / (beta * dt * dt); }  // d a / d x
+  [[nodiscard]] double velocityRate() const { return gamma / (beta * dt); }       // d v / d x
+  /// The displacement that leaves no acceleration at the step's end, and the velocity there then.
+  template <class Vector>
+  [[nodiscard]] Vector coast(const Vector& v, const Vector& a) const {
+    return dt * v + (dt * dt * (0.5 - beta)) * a;
+  }
+  template <class Vector>
+  [[nodiscard]] Vector coastVelocity(const Vector& v, const Vector& a) const {
+    return v + (dt * (1 - gamma)) * a;
+  }
+  /// W: what multiplies the mass in the incremental potential, 1/s^2, with mass-proportional drag [1/s].
+  [[nodiscard]] double weight(double drag) const {
+    return (1 - alpha) * accelerationRate() + drag * velocityRate();
+  }
+  /// x~ - x_n: the displacement at which inertia and drag want nothing.
+  template <class Vector>
+  [[nodiscard]] Vector predict(const Vector& v, const Vector& a, double drag) const {
+    return coast(v, a) - (alpha * a + drag * coastVelocity(v, a)) / weight(drag);
+  }
+};
+
 struct RodWorkspace::Impl {
   // Constant during a step.
   std::vector<beam::Element> elements;  // with the Rayleigh term folded in
-  std::vector<Vector3> predicted_positions;
+  Newmark scheme{};
+  std::vector<Vector3> predicted_masses;  // x~ of the nodes' masses, world
   std::vector<Quaternion> predicted_rotations;
-  std::vector<double> masses;  // kg
-  double damping_rate = 0;     // beta/tau: what the Rayleigh term adds to an element's stiffness, over it
-  double inertia_weight = 0;   // 1/s^2: what multiplies the mass in the incremental potential
-  Vector3 rotary = Vector3::Zero();  // rotary inertia over mass, m^2
+  std::vector<Vector3> predicted_motion;  // of the nodes: the first guess
+  std::vector<double> masses;             // kg
+  double inertia_weight = 0;              // W, 1/s^2
+  double end_offset = 0;                  // h/6, m: how far inside the rod the end nodes' masses sit
+  Vector3 rotary = Vector3::Zero();       // rotary inertia over mass, m^2
   std::array<GripperGoal, 2> goals;
   std::array<Grip, 2> grips;
 
@@ -76,6 +112,9 @@ struct RodWorkspace::Impl {
   /// Sets everything that stays constant during a step, and the iterate to the step's start.
   void prepare(const RodModel& model, const std::array<GripperGoal, 2>& step_goals, const RodState& state);
 
+  /// The step's result as the state: frames, velocities and, for the second-order scheme, its history.
+  void updateState(const RodModel& model, RodState& state) const;
+
   void evaluateElements(const std::vector<Node>& at, std::vector<Vector6>& psi_out,
                         std::vector<Vector6>& wrench_out) const;
   /// The incremental potential but for contact: elasticity and damping, inertia and drag, gravity, grippers
@@ -86,6 +125,10 @@ struct RodWorkspace::Impl {
   /// `geometric` stiffness the Hessian is positive definite.
   void assemble(const RodModel& model, bool geometric);
   void addSmoothTerms(const RodModel& model);
+  /// Where node i's mass sits in the node's frame, along its tangent [m].
+  [[nodiscard]] double massOffset(std::size_t i) const {
+    return i == 0 ? end_offset : i + 1 == masses.size() ? -end_offset : 0;
+  }
 
   /// Moves `nodes` by fraction * (w, y) into `trial`.
   void retract(double fraction) {
