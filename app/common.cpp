@@ -4,9 +4,11 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <cassert>
 #include <csignal>
 #include <cstring>
 
+#include "tendril/dynamics.h"
 #include "tendril/planner.h"
 #include "tendril/viewer.h"
 
@@ -93,6 +95,14 @@ void stamp(Solution& solution) {
   solution.mesh_sha256 = meshHashes(solution.scenario);
 }
 
+void measureMotion(Solution& solution, const World& world) {
+  const RodModel model(solution.scenario, world.obstacles);
+  SimulationResult result =
+      simulate(model, solution.trajectory.shapes.front(), solution.controls, nullptr, true);
+  assert(result.trajectory.shapes.size() == solution.trajectory.shapes.size());
+  solution.quantities = std::move(result.quantities);
+}
+
 void writePageOf(const Solution& solution, const World& world, const fs::path& file) {
   RodShape goal;
   if (solution.scenario.goal) {
@@ -160,6 +170,22 @@ std::string describe(const Equilibrium& equilibrium) {
              fmt::format("unstable from {:.6g} of its length on", equilibrium.first_conjugate_t.value_or(0));
   }
   return line;
+}
+
+void addQuantities(nlohmann::json& summary, const Solution& solution) {
+  if (solution.quantities.empty()) return;
+  nlohmann::json& list = summary["extremes"] = nlohmann::json::object();
+  for (const Extreme& extreme : extremes(solution.quantities, solution.scenario.rod)) {
+    list[extreme.name] = {{"value", extreme.value}, {"time_s", extreme.time}};
+    if (extreme.s) list[extreme.name]["s_m"] = *extreme.s;
+  }
+  summary["quantities"] = tendril::toJson(solution.quantities);
+}
+
+void printExtremes(const Solution& solution) {
+  for (const Extreme& extreme : extremes(solution.quantities, solution.scenario.rod))
+    fmt::print("{} {:.4g} at {:.4g} s{}\n", extreme.name, extreme.value, extreme.time,
+               extreme.s ? fmt::format(", {:.4g} m along the rod", *extreme.s) : "");
 }
 
 nlohmann::json toJson(const VerificationReport& report) {

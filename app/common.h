@@ -34,6 +34,9 @@ struct World {
 /// Throws InputError if a file could not be written into `folder` (made or not yet).
 void requireWritable(const std::filesystem::path& folder);
 
+/// Simulates a solution's controls once more and measures every step of the motion.
+void measureMotion(Solution& solution, const World& world);
+
 /// Where a solution and its page went.
 struct Written {
   std::filesystem::path solution, page;
@@ -57,6 +60,10 @@ void printJson(const nlohmann::json& object);
 [[nodiscard]] nlohmann::json toJson(const Equilibrium& equilibrium, bool with_nodes);
 /// One equilibrium as one line of text.
 [[nodiscard]] std::string describe(const Equilibrium& equilibrium);
+/// Adds "extremes" and "quantities" to a summary if the solution has quantities.
+void addQuantities(nlohmann::json& summary, const Solution& solution);
+/// Prints one line per extreme, nothing if the solution has no quantities.
+void printExtremes(const Solution& solution);
 /// {"valid", "smallest_clearance_m", "checks"}.
 [[nodiscard]] nlohmann::json toJson(const VerificationReport& report);
 

@@ -16,7 +16,7 @@ struct Options {
   std::uint64_t seed = 1;
   double time_limit_s = 1200;
   int threads = 1;
-  bool json = false;
+  bool quantities = false, json = false;
 };
 
 /// What is wrong with a time limit; empty if nothing.
@@ -72,6 +72,7 @@ void printSummary(const Solution& solution, const std::optional<VerificationRepo
   } else if (!report) {
     fmt::print("no plan was found; this is the motion that came nearest to the goal\n");
   }
+  printExtremes(solution);
   fmt::print("{}\n{} (open it in a browser)\n", written.solution.string(), written.page.string());
 }
 
@@ -91,6 +92,7 @@ nlohmann::json summaryJson(const Solution& solution, const std::optional<Verific
                          {"controls", solution.controls.size()},
                          {"verified", report && report->valid()}};
   if (report) json["verification"] = toJson(*report);
+  addQuantities(json, solution);
   return json;
 }
 
@@ -117,6 +119,7 @@ int run(const Options& options) {
   std::optional<VerificationReport> report;
   if (solution.status == PlanStatus::solved) report = verifyClaim(solution);
 
+  if (options.quantities) measureMotion(solution, world);
   const Written written = writeSolutionAndPage(solution, world, folder);
   if (options.json)
     printJson(summaryJson(solution, report, written));
@@ -153,6 +156,8 @@ void addPlan(CLI::App& app, int& status) {
                   "One of: " + fmt::format("{}", fmt::join(plannerNames(), ", ")))
       ->capture_default_str()
       ->type_name("P");
+  command.add_flag("--quantities", options->quantities,
+                   "Measure every step too: strains, forces, contacts, clearance, energies");
   command.add_flag("--json", options->json, "Print one JSON object");
   command.footer("Example: tendril plan scenarios/double-funnel.yaml --seed 1 -o out/double-funnel");
   command.callback([options, &status] { status = run(*options); });

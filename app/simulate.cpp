@@ -9,7 +9,7 @@ namespace {
 
 struct Options {
   std::string scenario, controls, folder;
-  bool json = false;
+  bool quantities = false, json = false;
 };
 
 /// Drops what of the controls lies beyond the end of a simulation that was stopped.
@@ -28,8 +28,9 @@ int run(const Options& options) {
   const RodShape start = startShape(solution.scenario, world.obstacles, /*any_shape=*/true);
 
   const RodModel model(solution.scenario, world.obstacles);
-  SimulationResult result = simulate(model, start, solution.controls, &cancel);
+  SimulationResult result = simulate(model, start, solution.controls, &cancel, options.quantities);
   solution.trajectory = std::move(result.trajectory);
+  solution.quantities = std::move(result.quantities);
   solution.status = result.cancelled ? PlanStatus::cancelled : PlanStatus::simulated;
   solution.run.steps = result.steps;
   solution.run.simulated_time = solution.trajectory.time_s.back();
@@ -40,16 +41,19 @@ int run(const Options& options) {
 
   const Written written = writeSolutionAndPage(solution, world, folder);
   if (options.json) {
-    printJson({{"status", name(solution.status)},
-               {"solution", written.solution.string()},
-               {"page", written.page.string()},
-               {"wall_time_s", solution.run.wall_time},
-               {"cpu_time_s", solution.run.cpu_time},
-               {"steps", solution.run.steps},
-               {"simulated_time_s", solution.run.simulated_time}});
+    nlohmann::json summary = {{"status", name(solution.status)},
+                              {"solution", written.solution.string()},
+                              {"page", written.page.string()},
+                              {"wall_time_s", solution.run.wall_time},
+                              {"cpu_time_s", solution.run.cpu_time},
+                              {"steps", solution.run.steps},
+                              {"simulated_time_s", solution.run.simulated_time}};
+    addQuantities(summary, solution);
+    printJson(summary);
   } else {
     fmt::print("{}: {:.2f} s in {} steps, computed in {:.2f} s\n", name(solution.status),
                solution.run.simulated_time, solution.run.steps, solution.run.wall_time);
+    printExtremes(solution);
     fmt::print("{}\n{} (open it in a browser)\n", written.solution.string(), written.page.string());
   }
   return result.cancelled ? 1 : 0;
@@ -67,6 +71,8 @@ void addSimulate(CLI::App& app, int& status) {
       ->type_name("FILE");
   command.add_option("-o", options->folder, "Where to write (default: out/<the scenario's name>)")
       ->type_name("DIR");
+  command.add_flag("--quantities", options->quantities,
+                   "Measure every step too: strains, forces, contacts, clearance, energies");
   command.add_flag("--json", options->json, "Print one JSON object");
   command.footer(
       "Example: tendril simulate scenarios/free-space.yaml --controls controls.json -o out/free-space");

@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "tendril/geometry.h"
+#include "tendril/quantities.h"
 #include "tendril/scenario.h"
 
 namespace tendril {
@@ -116,10 +117,31 @@ class TrajectoryRecorder {
   bool too_fast_ = false;
 };
 
+/// Measures `state`, the result of the last step() of `workspace`: all of Quantities but `time`, `state` and
+/// what has been summed up since the start. Changes nothing that a later step depends on.
+[[nodiscard]] Quantities measure(const RodModel& model, const RodState& state, RodWorkspace& workspace);
+
+/// Measures a motion step by step, and keeps account of the work.
+class QuantitiesRecorder {
+ public:
+  /// `start` is the state before the first step.
+  QuantitiesRecorder(const RodModel& model, const RodState& start, RodWorkspace& workspace);
+  /// Call after every step: `state` is its result, at `time` [s], the stored state number `stored`.
+  void record(double time, std::int64_t stored, const RodState& state, RodWorkspace& workspace);
+  [[nodiscard]] std::vector<Quantities> take() { return std::move(quantities_); }
+
+ private:
+  const RodModel& model_;
+  double start_total_;
+  std::array<Pose, 2> ends_;  // before the step
+  std::vector<Quantities> quantities_;
+};
+
 /// What became of a simulation of several controls.
 struct SimulationResult {
   Trajectory trajectory;
   RodState final_state;
+  std::vector<Quantities> quantities;  // of every step, if asked for
   std::int64_t steps = 0;
   bool cancelled = false;
 };
@@ -128,9 +150,10 @@ struct SimulationResult {
 [[nodiscard]] int stepCount(const Control& control, double time_step);
 
 /// Simulates the controls from `start` (at rest). Deterministic: the same model, start and controls give the
-/// same bytes.
+/// same bytes, whether it is measured or not.
 [[nodiscard]] SimulationResult simulate(const RodModel& model, const RodShape& start,
                                         std::span<const Control> controls,
-                                        const std::atomic<bool>* cancel = nullptr);
+                                        const std::atomic<bool>* cancel = nullptr,
+                                        bool with_quantities = false);
 
 }  // namespace tendril

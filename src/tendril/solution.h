@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tendril/quantities.h"
 #include "tendril/scenario.h"
 
 namespace tendril {
@@ -29,6 +30,7 @@ struct Solution {
   Provenance run;
   std::vector<Control> controls;
   Trajectory trajectory;
+  std::vector<Quantities> quantities;  // of every step if they were asked for, else empty: not in the file
 };
 
 /// Writes solution.json atomically; scenario.file is stored relative to its folder, numbers with 17
@@ -40,6 +42,9 @@ void writeSolution(const Solution& solution, const std::filesystem::path& file);
                                     const std::optional<std::filesystem::path>& scenario_override = {});
 /// sha256 of every mesh file of a scenario, in order. Throws InputError if one is missing.
 [[nodiscard]] std::vector<std::string> meshHashes(const Scenario& scenario);
+
+/// One array per quantity, named as in visitQuantities, with one element per step.
+[[nodiscard]] nlohmann::ordered_json toJson(std::span<const Quantities> quantities);
 
 /// One row x y z qw qx qy qz per node.
 [[nodiscard]] nlohmann::ordered_json nodesToJson(const RodShape& shape);

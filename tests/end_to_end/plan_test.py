@@ -48,6 +48,22 @@ class Plan(Case):
         self.assertTrue(self.tendril_json("verify", "plan/solution.json")["valid"])
         self.assertTrue(self.tendril_json("replay", "plan/solution.json")["reproduced"])
 
+    def test_quantities_of_a_plan_belong_to_its_states_and_change_nothing_else(self):
+        self.plan(DOUBLE_FUNNEL, folder="plain")
+        summary = self.plan(DOUBLE_FUNNEL, "--quantities")
+        plain, solution = self.solution("plain"), self.solution()
+        found = solution.pop("quantities")
+        self.assertEqual(found, summary["quantities"])
+        self.assertEqual(solution["trajectory"], plain["trajectory"])
+        self.assertEqual(solution.keys(), plain.keys())
+        times = solution["trajectory"]["time_s"]
+        self.assertEqual([times[k] for k in found["state"]], found["time_s"])
+        self.assertEqual(found["state"][-1], len(times) - 1)
+        self.assertGreaterEqual(min(found["clearance_m"]), summary["verification"]["smallest_clearance_m"])
+        self.assertTrue(any(found["contacts"]))
+        self.assertTrue(self.tendril_json("verify", "plan/solution.json")["valid"])
+        self.assertTrue(self.tendril_json("replay", "plan/solution.json")["reproduced"])
+
     def test_the_same_seed_gives_the_same_bytes_whatever_the_threads(self):
         texts = []
         for folder, threads in (("a", 1), ("b", 1), ("c", 2)):

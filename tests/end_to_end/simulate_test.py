@@ -60,6 +60,40 @@ class Simulate(Case):
         self.assertIn(f"state {k}", found["first_difference"])
         self.assertIn("node 7", found["first_difference"])
 
+    def test_quantities_are_in_the_solution_and_the_summary_only_when_asked_for(self):
+        plain = self.simulate()
+        self.assertNotIn("quantities", plain)
+        scenario = self.variant(FREE_SPACE, ("gravity_m_s2: [0, 0, 0]", "gravity_m_s2: [0, 0, -9.81]"))
+        self.write("controls.json", json.dumps({"controls": [
+            {"start_s": 0.0, "end_s": 10.0, "moving": None, "held": ["first", "last"], "target": None}]}))
+        run = ["simulate", scenario, "--controls", "controls.json", "--quantities"]
+        summary = self.tendril_json(*run, "-o", "run")
+        solution = json.loads((self.folder / "run" / "solution.json").read_text())
+        found, times = solution["quantities"], solution["trajectory"]["time_s"]
+        self.assertEqual(found, summary["quantities"])
+        self.assertEqual([times[k] for k in found["state"]], found["time_s"])
+        self.assertEqual(len(found["time_s"]), 500)
+        for key, values in found.items():
+            self.assertEqual(len(values), 500, key)
+
+        # At rest the grippers carry the weight together and pull against each other.
+        weight = 9.81 * 1000 * math.pi * 0.01**2
+        first, last = found["gripper_force_n"][-1]
+        for axis, expected in enumerate((0, 0, weight)):
+            self.assertAlmostEqual(first[axis] + last[axis], expected, delta=1e-4 * weight)
+        radius = summary["extremes"]["smallest_bend_radius_m"]
+        self.assertEqual(radius["value"], min(r for r in found["bend_radius_m"] if r))
+        self.assertEqual(found["clearance_m"], [None] * 500)
+        parts = [key for key in found if key.startswith("energy_") and key != "energy_total_j"]
+        self.assertAlmostEqual(sum(found[key][-1] for key in parts), found["energy_total_j"][-1], delta=1e-12)
+
+        self.assertTrue(self.tendril_json("verify", "run/solution.json")["valid"])
+        self.assertTrue(self.tendril_json("replay", "run/solution.json")["reproduced"])
+        self.tendril("view", "run/solution.json", "-o", "page.html")
+        self.assertEqual(self.tendril_json(*run, "-o", "again")["quantities"], summary["quantities"])
+        text, _ = self.tendril(*run, "-o", "run")
+        self.assertIn("smallest_bend_radius_m", text)
+
     def test_bad_controls_are_refused(self):
         first = MOVE_LAST[0]
         for bad, word in (({**first, "held": ["first"]}, "moving"), ({**first, "start_s": 0.5}, "start_s"),

@@ -42,6 +42,12 @@ TEST(SolutionDocumentation, ItsExampleHasTheKeysTheProgramWrites) {
     EXPECT_NE(std::find(documented.begin(), documented.end(), key), documented.end()) << key;
 }
 
+TEST(SolutionDocumentation, HasARowForEveryQuantity) {
+  const std::string docs = readFile(TENDRIL_SOURCE_DIR "/docs/solution.md");
+  visitQuantities(
+      [&](const std::string& key, auto) { EXPECT_NE(docs.find("`" + key + "`"), std::string::npos) << key; });
+}
+
 TEST(SolutionDocumentation, NamesEveryStatus) {
   const std::string docs = readFile(TENDRIL_SOURCE_DIR "/docs/solution.md");
   for (const PlanStatus status : {PlanStatus::solved, PlanStatus::time_limit, PlanStatus::iteration_limit,

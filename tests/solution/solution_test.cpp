@@ -166,6 +166,95 @@ TEST_F(SolutionFile, WritingAndReadingAgainChangesNoBit) {
   EXPECT_EQ(readFile(folder_ / "out/again.json"), written());
 }
 
+/// Quantities of any values, contacts included, with and without those that may be missing.
+Quantities anyQuantities(Random& random, std::int64_t state, int elements) {
+  const auto number = [&] { return anyNumber(random); };
+  const auto vector = [&] { return Vector3(number(), number(), number()); };
+  Quantities q;
+  q.time = number(), q.state = state;
+  for (int k = 0; k < elements; ++k) {
+    q.curvature.push_back(vector()), q.strain.push_back(vector());
+    q.internal_moment.push_back(vector()), q.internal_force.push_back(vector());
+  }
+  if (state % 2 == 0) {
+    q.bend_radius = number(), q.bend_radius_s = number(), q.clearance = number();
+    q.contacts = {{number(), vector(), vector()}, {number(), vector(), vector()}};
+    q.friction = {{number(), vector(), vector()}};
+    q.self_contacts = {{{number(), number()}, vector(), vector()}};
+  }
+  q.gripper_moment = {vector(), vector()}, q.gripper_force = {vector(), vector()};
+  q.gripper_work = {number(), number()};
+  for (double* energy : {&q.kinetic, &q.twist, &q.bending, &q.stretch, &q.shear, &q.gravity, &q.contact,
+                         &q.total, &q.dissipated})
+    *energy = number();
+  return q;
+}
+
+TEST_F(SolutionFile, QuantitiesAreInTheFileOnlyIfThereAreAnyAndComeBackBitForBit) {
+  Solution a = example();
+  writeSolution(a, file_);
+  const std::string without = written();
+  EXPECT_EQ(without.find("quantities"), std::string::npos);
+  EXPECT_TRUE(readSolution(file_).quantities.empty());
+
+  Random random(11);
+  for (int k = 0; k < 3; ++k) a.quantities.push_back(anyQuantities(random, k, a.scenario.rod.elements));
+  writeSolution(a, file_);
+  const std::string with = written();
+  EXPECT_EQ(with.substr(0, without.size() - 3), without.substr(0, without.size() - 3));  // all but "\n}\n"
+  const Solution b = readSolution(file_);
+  writeSolution(b, folder_ / "out/again.json");
+  EXPECT_EQ(readFile(folder_ / "out/again.json"), with);
+  ASSERT_EQ(b.quantities.size(), 3U);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Quantities &p = a.quantities[k], &q = b.quantities[k];
+    EXPECT_TRUE(sameBits(p.time, q.time));
+    EXPECT_EQ(p.state, q.state);
+    EXPECT_EQ(p.internal_force, q.internal_force);
+    EXPECT_EQ(p.bend_radius, q.bend_radius);
+    EXPECT_EQ(p.gripper_work, q.gripper_work);
+    EXPECT_EQ(p.contacts.size(), q.contacts.size());
+    EXPECT_EQ(p.clearance, q.clearance);
+    EXPECT_TRUE(sameBits(p.dissipated, q.dissipated));
+  }
+  EXPECT_EQ(a.quantities[0].contacts[1].force, b.quantities[0].contacts[1].force);
+  EXPECT_EQ(a.quantities[2].self_contacts[0].s, b.quantities[2].self_contacts[0].s);
+}
+
+TEST_F(SolutionFile, EveryErrorInTheQuantitiesNamesItsKey) {
+  Solution s = example();
+  s.quantities.resize(1);
+  Quantities& q = s.quantities[0];
+  q.time = 0.5, q.bend_radius = 0.25, q.total = 7;
+  for (auto* list : {&q.curvature, &q.strain, &q.internal_moment, &q.internal_force})
+    list->assign(40, Vector3(1, 2, 3));
+  q.contacts = {{0.125, Vector3::Zero(), Vector3(0, 0, 8)}};
+  writeSolution(s, file_);
+  EXPECT_EQ(messageFor("\"clearance_m\"", "\"clearence_m\""),
+            ": unknown key \"clearence_m\" in quantities; did you mean \"clearance_m\"?");
+  EXPECT_EQ(messageFor("  \"friction\": [\n   []\n  ],\n", ""), ": quantities.friction is missing.");
+  EXPECT_EQ(messageFor("\"bend_radius_m\": [0.25]", "\"bend_radius_m\": [\"no\"]"),
+            ": quantities.bend_radius_m[0] is \"no\"; it must be a number or null.");
+  EXPECT_EQ(
+      messageFor("\"energy_total_j\": [7.0]", "\"energy_total_j\": [7.0, 8.0]"),
+      ": quantities.energy_total_j has 2 values, quantities.time_s 1; there must be one of each per step.");
+  EXPECT_EQ(messageFor("\"energy_total_j\": [7.0]", "\"energy_total_j\": [null]"),
+            ": quantities.energy_total_j[0] is null; it must be a number.");
+  EXPECT_EQ(messageFor("\"state\": [0]", "\"state\": [3]"),
+            ": quantities.state[0] is 3; the trajectory has 3 states.");
+  EXPECT_EQ(messageFor("\"state\": [0]", "\"state\": [-1]"),
+            ": quantities.state[0] is -1; it must be a whole number >= 0.");
+  EXPECT_EQ(
+      messageFor("[[1.0,2.0,3.0],", "["),
+      ": quantities.curvature_1_m[0] is a list; it must be a list of 40 lists of three numbers, one per "
+      "element of the rod.");
+  for (const char* wrong : {"\"s\":0.125", "\"s_m\":0.125,\"more\":1", "\"s_m\":[0.125]"})
+    EXPECT_EQ(
+        messageFor("\"s_m\":0.125", wrong),
+        ": quantities.contacts[0] is a list; it must be a list of objects with s_m (a number), position_m "
+        "and force_n (three numbers each).");
+}
+
 TEST_F(SolutionFile, IsJsonWhoseKeysStandInTheDocumentedOrder) {
   writeSolution(example(), file_);
   const auto json = nlohmann::ordered_json::parse(written());

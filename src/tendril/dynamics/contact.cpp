@@ -340,6 +340,17 @@ Vector3 slip(const FrictionTerm& term, const std::vector<Vector3>& positions) {
 
 }  // namespace
 
+double Contacts::normalForce(const Term& term) const {
+  return -term.weight * barrier_(term.distance - radius_).slope;
+}
+
+Vector3 Contacts::frictionForce(const FrictionTerm& term, const std::vector<Vector3>& positions) const {
+  const Vector3 u = slip(term, positions);
+  const double y = u.norm();
+  if (y <= 0) return Vector3::Zero();
+  return -term.limit * smoothNorm(y, slip_length_).slope / y * u;
+}
+
 double Contacts::frictionEnergy(const std::vector<Vector3>& positions) const {
   double sum = 0;
   for (const FrictionTerm& term : friction_)

@@ -72,6 +72,12 @@ class Contacts {
 
   [[nodiscard]] std::size_t activeTerms() const { return terms_.size() + self_.activeTerms(); }
   [[nodiscard]] const std::vector<Term>& terms() const { return terms_; }
+  [[nodiscard]] const std::vector<FrictionTerm>& frictionTerms() const { return friction_; }
+  [[nodiscard]] const SelfContacts& selfContacts() const { return self_; }
+  /// What a term pushes the rod with, along its normal [N].
+  [[nodiscard]] double normalForce(const Term& term) const;
+  /// What a friction term pulls the rod with at these positions [N, world].
+  [[nodiscard]] Vector3 frictionForce(const FrictionTerm& term, const std::vector<Vector3>& positions) const;
 
  private:
   Term& termFor(std::uint64_t key, bool& fresh);

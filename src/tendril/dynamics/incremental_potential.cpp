@@ -77,8 +77,7 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
   for (std::size_t k = 0; k < element_count; ++k) {
     const Vector3 rest = rod.restCurvature(static_cast<int>(k));
     for (int i = 0; i < 3; ++i) rest_curvature.at(i, k) = rest[i];
-    Vector6 hat;
-    for (int i = 0; i < 6; ++i) hat[i] = elements.psi.at(i, k) / h;
+    Vector6 hat = elements.psi.column(k) / h;
     hat[3] -= 1;
     if (second) {
       const Node a{state.previous_nodes[k], state.previous_nodes[k].rotation.toRotationMatrix()};

@@ -27,10 +27,6 @@ class SelfContacts {
   void addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const;
   [[nodiscard]] std::size_t activeTerms() const { return terms_.size(); }
 
- private:
-  struct Pair {
-    int i, j;  // elements, i < j
-  };
   struct Term {
     int i, j;
     double s, t;                       // where on them
@@ -38,6 +34,16 @@ class SelfContacts {
     double distance;                   // m
     double weight;                     // the mollifier, see contact.cpp
     Vector3 weight_by_u, weight_by_v;  // its gradient by the direction vectors of i and j, 1/m
+  };
+  [[nodiscard]] const std::vector<Term>& terms() const { return terms_; }
+  /// What a term pushes either element with [N]: i along its normal, j against it.
+  [[nodiscard]] double normalForce(const Term& term) const {
+    return -term.weight * barrier_(term.distance - 2 * radius_).slope;
+  }
+
+ private:
+  struct Pair {
+    int i, j;  // elements, i < j
   };
   void add(const Pair& pair, double s, double t, const Vector3& apart, double distance, double weight,
            const Vector3& weight_by_u, const Vector3& weight_by_v);

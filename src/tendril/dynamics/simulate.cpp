@@ -117,23 +117,30 @@ void TrajectoryRecorder::truncate(std::int64_t steps, std::size_t states) {
 }
 
 SimulationResult simulate(const RodModel& model, const RodShape& start, std::span<const Control> controls,
-                          const std::atomic<bool>* cancel) {
+                          const std::atomic<bool>* cancel, bool with_quantities) {
   SimulationResult result;
   result.final_state = RodState::atRest(start);
   RodWorkspace workspace;
   TrajectoryRecorder recorder(model, start);
+  std::optional<QuantitiesRecorder> quantities;
+  if (with_quantities) quantities.emplace(model, result.final_state, workspace);
   for (const Control& control : controls) {
     const int steps = stepCount(control, model.simulation.time_step);
     ControlRunner runner(model, control, result.final_state);
     for (int k = 0; k < steps && !result.cancelled; ++k) {
-      if (cancel && *cancel)
+      if (cancel && *cancel) {
         result.cancelled = true;
-      else
-        recorder.advance(runner, control, result.final_state, workspace);
+        break;
+      }
+      recorder.advance(runner, control, result.final_state, workspace);
+      if (quantities)
+        quantities->record(recorder.time(), std::ssize(recorder.trajectory().shapes) - 1, result.final_state,
+                           workspace);
     }
   }
   result.steps = recorder.steps();
   result.trajectory = recorder.take();
+  if (quantities) result.quantities = quantities->take();
   return result;
 }
 

@@ -26,6 +26,11 @@ class Table {
   [[nodiscard]] double at(int row, std::size_t column) const {
     return values_[static_cast<std::size_t>(row) * stride_ + column];
   }
+  /// The six numbers of a column.
+  [[nodiscard]] Vector6 column(std::size_t column) const {
+    return Eigen::Map<const Vector6, 0, Eigen::InnerStride<>>(
+        values_.data() + column, Eigen::InnerStride<>(static_cast<Eigen::Index>(stride_)));
+  }
 
  private:
   std::vector<double> values_;

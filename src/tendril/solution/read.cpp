@@ -15,6 +15,68 @@ using Json = nlohmann::json;
 constexpr std::array kStatuses = {PlanStatus::solved, PlanStatus::time_limit, PlanStatus::iteration_limit,
                                   PlanStatus::cancelled, PlanStatus::simulated};
 
+// The types a quantity has: readAs(json, out, elements of the rod) is false where the json is of another
+// type.
+
+bool readAs(const Json& json, double& out, std::size_t) {
+  if (json.is_number()) out = json.get<double>();
+  return json.is_number();
+}
+bool readAs(const Json& json, std::int64_t& out, std::size_t) {
+  if (!json.is_number_integer() || json < 0 || json > std::numeric_limits<std::int64_t>::max()) return false;
+  out = json.get<std::int64_t>();
+  return true;
+}
+bool readAs(const Json& json, std::optional<double>& out, std::size_t n) {
+  return json.is_null() || readAs(json, out.emplace(), n);
+}
+bool readAs(const Json& json, Vector3& out, std::size_t n) {
+  return json.is_array() && json.size() == 3 && readAs(json[0], out[0], n) && readAs(json[1], out[1], n) &&
+         readAs(json[2], out[2], n);
+}
+template <class Value>
+bool readAs(const Json& json, std::array<Value, 2>& out, std::size_t n) {
+  return json.is_array() && json.size() == 2 && readAs(json[0], out[0], n) && readAs(json[1], out[1], n);
+}
+bool readAs(const Json& json, std::vector<Vector3>& out, std::size_t n) {
+  if (!json.is_array() || json.size() != n) return false;
+  out.resize(n);
+  for (std::size_t i = 0; i < n; ++i)
+    if (!readAs(json[i], out[i], n)) return false;
+  return true;
+}
+template <class Contact>
+bool readAs(const Json& json, std::vector<Contact>& out, std::size_t n) {
+  if (!json.is_array()) return false;
+  for (const Json& contact : json) {
+    if (!contact.is_object() || contact.size() != 3) return false;
+    for (const char* key : {"s_m", "position_m", "force_n"})
+      if (!contact.contains(key)) return false;
+    Contact& c = out.emplace_back();
+    if (!readAs(contact["s_m"], c.s, n) || !readAs(contact["position_m"], c.position, n) ||
+        !readAs(contact["force_n"], c.force, n))
+      return false;
+  }
+  return true;
+}
+
+std::string kindOf(double, std::size_t) { return "a number"; }
+std::string kindOf(std::int64_t, std::size_t) { return "a whole number >= 0"; }
+std::string kindOf(const std::optional<double>&, std::size_t) { return "a number or null"; }
+std::string kindOf(const std::array<double, 2>&, std::size_t) { return "a list of two numbers"; }
+std::string kindOf(const std::array<Vector3, 2>&, std::size_t) {
+  return "a list of two lists of three numbers";
+}
+std::string kindOf(const std::vector<Vector3>&, std::size_t elements) {
+  return fmt::format("a list of {} lists of three numbers, one per element of the rod", elements);
+}
+std::string kindOf(const std::vector<ContactForce>&, std::size_t) {
+  return "a list of objects with s_m (a number), position_m and force_n (three numbers each)";
+}
+std::string kindOf(const std::vector<SelfContactForce>&, std::size_t) {
+  return "a list of objects with s_m (two numbers), position_m and force_n (three numbers each)";
+}
+
 /// Reads the parts of one solution file; every message begins with its name.
 class SolutionReader {
  public:
@@ -29,7 +91,10 @@ class SolutionReader {
     if (root["tendril_solution"] != 1)
       fail(fmt::format("tendril_solution is {}; this program reads version 1.",
                        root["tendril_solution"].dump()));
-    checkKeys(root, "", {"tendril_solution", "status", "scenario", "run", "controls", "trajectory"});
+    std::vector<std::string> keys = {"tendril_solution", "status",    "scenario", "run",
+                                     "controls",         "trajectory"};
+    if (root.contains("quantities")) keys.emplace_back("quantities");
+    checkKeys(root, "", keys);
 
     Solution solution;
     solution.status = readStatus(root["status"]);
@@ -38,6 +103,7 @@ class SolutionReader {
     solution.controls = controlsFromJson(root["controls"], where("controls"));
     solution.trajectory =
         readTrajectory(root["trajectory"], static_cast<std::size_t>(solution.scenario.rod.elements) + 1);
+    if (root.contains("quantities")) readQuantities(root["quantities"], solution);
     return solution;
   }
 
@@ -224,6 +290,30 @@ class SolutionReader {
       trajectory.shapes.push_back(readShape(states[k], k, nodes));
     }
     return trajectory;
+  }
+
+  void readQuantities(const Json& value, Solution& solution) const {
+    std::vector<std::string> keys;
+    visitQuantities([&](const char* key, auto) { keys.emplace_back(key); });
+    checkKeys(value, "quantities", keys);
+    const auto elements = static_cast<std::size_t>(solution.scenario.rod.elements);
+    std::vector<Quantities>& out = solution.quantities;
+    out.resize(list(value["time_s"], "quantities.time_s").size());
+    visitQuantities([&](const char* key, auto member) {
+      const std::string path = fmt::format("quantities.{}", key);
+      const Json::array_t& column = list(value[key], path);
+      if (column.size() != out.size())
+        fail(fmt::format("{} has {} values, quantities.time_s {}; there must be one of each per step.", path,
+                         column.size(), out.size()));
+      for (std::size_t k = 0; k < out.size(); ++k)
+        if (!readAs(column[k], out[k].*member, elements))
+          refuse(fmt::format("{}[{}]", path, k), column[k],
+                 fmt::format("it must be {}.", kindOf(out[k].*member, elements)));
+    });
+    for (std::size_t k = 0; k < out.size(); ++k)
+      if (out[k].state >= std::ssize(solution.trajectory.shapes))
+        refuse(fmt::format("quantities.state[{}]", k), out[k].state,
+               fmt::format("the trajectory has {} states.", solution.trajectory.shapes.size()));
   }
 
   fs::path file_;

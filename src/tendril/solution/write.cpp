@@ -74,6 +74,39 @@ std::string trajectoryText(const Trajectory& trajectory) {
   return out + "\n  ]\n }";
 }
 
+Json toJson(std::int64_t x) { return x; }
+Json toJson(double x) { return x; }
+Json toJson(const std::optional<double>& x) { return x ? Json(*x) : Json(nullptr); }
+Json toJson(const Vector3& x) { return {x.x(), x.y(), x.z()}; }
+Json toJson(const ContactForce& c) {
+  return {{"s_m", c.s}, {"position_m", toJson(c.position)}, {"force_n", toJson(c.force)}};
+}
+Json toJson(const SelfContactForce& c) {
+  return {{"s_m", c.s}, {"position_m", toJson(c.position)}, {"force_n", toJson(c.force)}};
+}
+template <class List>
+Json toJson(const List& list) {
+  Json out = Json::array();
+  for (const auto& element : list) out.push_back(toJson(element));
+  return out;
+}
+
+/// One line per quantity, or per quantity and step where a step has more than a number.
+std::string quantitiesText(std::span<const Quantities> quantities) {
+  const Json columns = tendril::toJson(quantities);
+  std::string out = "{";
+  for (const auto& [key, column] : columns.items()) {
+    out += (out.size() > 1 ? ",\n  \"" : "\n  \"") + key + "\": [";
+    const bool lines = column.front().is_structured();
+    for (const Json& step : column) {
+      if (out.back() != '[') out += ',';
+      out += (lines ? "\n   " : out.back() == ',' ? " " : "") + step.dump();
+    }
+    out += lines ? "\n  ]" : "]";
+  }
+  return out + "\n }";
+}
+
 /// JSON in one line, with a blank after every comma and colon.
 std::string oneLine(const Json& json) {
   if (!json.is_structured()) return json.dump();
@@ -159,6 +192,16 @@ const char* name(PlanStatus status) {
   return "";
 }
 
+Json toJson(std::span<const Quantities> quantities) {
+  Json out = Json::object();
+  visitQuantities([&](const char* key, auto member) {
+    Json column = Json::array();
+    for (const Quantities& q : quantities) column.push_back(toJson(q.*member));
+    out[key] = std::move(column);
+  });
+  return out;
+}
+
 Json nodesToJson(const RodShape& shape) {
   Json rows = Json::array();
   for (const Pose& node : shape) {
@@ -179,7 +222,9 @@ void writeSolution(const Solution& solution, const fs::path& file) {
   out += ",\n \"scenario\": " + pretty(scenario, 1);
   out += ",\n \"run\": " + pretty(runJson(solution.run), 1);
   out += ",\n \"controls\": " + pretty(controls, 1);
-  out += ",\n \"trajectory\": " + trajectoryText(solution.trajectory) + "\n}\n";
+  out += ",\n \"trajectory\": " + trajectoryText(solution.trajectory);
+  if (!solution.quantities.empty()) out += ",\n \"quantities\": " + quantitiesText(solution.quantities);
+  out += "\n}\n";
   writeFileAtomically(file, out);
 }
 
