@@ -156,9 +156,9 @@ class SolutionReader {
       if (!object.contains(key)) fail(fmt::format("{}{} is missing.", path.empty() ? "" : path + ".", key));
   }
 
-  [[nodiscard]] std::string text(const Json& value, const std::string& path) const {
+  [[nodiscard]] const std::string& text(const Json& value, const std::string& path) const {
     if (!value.is_string()) refuse(path, value, "it must be text.");
-    return value.get<std::string>();
+    return value.get_ref<const std::string&>();
   }
   [[nodiscard]] double number(const Json& value, const std::string& path) const {
     if (!value.is_number()) refuse(path, value, "it must be a number.");
@@ -169,8 +169,8 @@ class SolutionReader {
       refuse(path, value, "it must be a whole number >= 0.");
     return value.get<std::int64_t>();
   }
-  [[nodiscard]] std::string hash(const Json& value, const std::string& path) const {
-    std::string digits = text(value, path);
+  [[nodiscard]] const std::string& hash(const Json& value, const std::string& path) const {
+    const std::string& digits = text(value, path);
     if (digits.size() != 64 || digits.find_first_not_of("0123456789abcdef") != std::string::npos)
       refuse(path, value, "it must be a SHA-256 in 64 lower-case hexadecimal digits.");
     return digits;
