@@ -4,6 +4,7 @@
 /// nothing else: what it returns are candidates.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -79,6 +80,20 @@ struct Aabb {
   void inflate(double margin) { min.array() -= margin, max.array() += margin; }
 };
 
+/// The points within `radius` of the segment ab [m].
+struct Capsule {
+  Vector3 a, b;
+  double radius;
+  /// Whether a ball comes near it; true for a ball that just does not, by no more than rounding.
+  [[nodiscard]] bool meets(const Vector3& center, double ball_radius) const {
+    const Vector3 along = b - a, from_a = center - a;
+    const double length2 = along.squaredNorm();
+    const double t = length2 > 0 ? std::clamp(from_a.dot(along) / length2, 0.0, 1.0) : 0;
+    const double reach = (radius + ball_radius) * (1 + 1e-9) + 1e-14 * center.cwiseAbs().maxCoeff();
+    return (from_a - t * along).squaredNorm() <= reach * reach;
+  }
+};
+
 /// An edge of the obstacles, with what decides whether a rod can touch it (see `wedge`).
 struct MeshEdge {
   int a, b;  // vertices
@@ -106,13 +121,24 @@ class Obstacles {
     int mesh;                  // which mesh it came from
     int face_in_mesh;          // its number there
   };
+  /// A ball around a face, and the unit normal of its plane, exact to 1e-9 rad; zero where an angle of less
+  /// than 1e-5 rad does not let it be.
+  struct FaceBound {
+    Vector3 center;
+    double radius;
+    Vector3 normal;
+  };
   [[nodiscard]] std::span<const Vector3> vertices() const;
   [[nodiscard]] std::span<const Face> faces() const;
+  [[nodiscard]] std::span<const FaceBound> faceBounds() const;
   [[nodiscard]] std::span<const MeshEdge> edges() const;
 
   /// Appends to `out` every face whose bounding box meets `box`, ascending, each once. No false negatives:
   /// the single-precision tree is inflated by its rounding. Allocates only when `out` must grow. Thread-safe.
   void facesNear(const Aabb& box, std::vector<int>& out) const;
+
+  /// The same for the faces that may also come near `capsule`: none that do are left out.
+  void facesNear(const Aabb& box, const Capsule& capsule, std::vector<int>& out) const;
 
   struct Clearance {
     double distance = std::numeric_limits<double>::infinity();  // m, centreline to mesh

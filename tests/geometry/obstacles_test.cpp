@@ -78,6 +78,38 @@ TEST(FacesNear, EqualsATestOfEveryFace) {
   }
 }
 
+TEST(FacesNear, LeavesOutNoFaceThatComesNearTheCapsule) {
+  Random random(22);
+  for (const double offset : {0.0, 1e4}) {
+    for (const int faces : {1, 2, 3, 5, 17, 2000}) {
+      const Vector3 centre(offset, -offset, 0.5 * offset);
+      const Obstacles obstacles = of(soup(random, faces, centre));
+      std::vector<int> found, in_box;
+      for (int i = 0; i < 60; ++i) {
+        const Vector3 a = centre + vectorIn(random, 1.2);
+        const Vector3 b = i % 7 == 0 ? a : Vector3(a + vectorIn(random, power(random, -4, 0)));
+        const Capsule capsule{a, b, i % 10 == 0 ? 0.0 : power(random, -5, 0.3)};
+        Aabb box;
+        box.include(a), box.include(b), box.inflate(capsule.radius);
+        found.clear(), in_box.clear();
+        obstacles.facesNear(box, capsule, found);
+        obstacles.facesNear(box, in_box);
+        EXPECT_TRUE(std::is_sorted(found.begin(), found.end()));
+        for (const int f : in_box) {
+          const Obstacles::Face& face = obstacles.faces()[static_cast<std::size_t>(f)];
+          const auto corner = [&](std::size_t k) {
+            return obstacles.vertices()[static_cast<std::size_t>(face.vertices[k])];
+          };
+          if (closestPointsOfSegmentAndTriangle(a, b, corner(0), corner(1), corner(2)).distance <=
+              capsule.radius) {
+            EXPECT_TRUE(std::binary_search(found.begin(), found.end(), f));
+          }
+        }
+      }
+    }
+  }
+}
+
 TEST(FacesNear, FindsFacesThatTouchTheBoxInOnePoint) {
   Random random(21);
   const Obstacles obstacles = of(soup(random, 500));

@@ -42,6 +42,7 @@ void Contacts::findCandidates(const std::vector<Vector3>& positions, const std::
   if (obstacles_->faces().empty()) return;
   const auto vertices = obstacles_->vertices();
   const auto faces = obstacles_->faces();
+  const auto bounds = obstacles_->faceBounds();
   const auto edges = obstacles_->edges();
   const double reach = radius_ + barrier_.dhat * (1 + 1e-9) + 1e-12;
   const int segments = static_cast<int>(positions.size()) - 1;
@@ -52,25 +53,28 @@ void Contacts::findCandidates(const std::vector<Vector3>& positions, const std::
     Aabb box;
     for (const Vector3& point : p) box.include(point);
     box.inflate(reach);
+    // All that the segment's points pass is within half of their way of where they are halfway.
+    const double half_way = 0.5 * std::max(motion[i].norm(), motion[i + 1].norm());
+    const Capsule capsule{p[0] + 0.5 * motion[i], p[1] + 0.5 * motion[i + 1], reach + half_way};
+    const double extent = reach + (p[1] - p[0]).norm() + 4 * half_way;
     faces_.clear();
-    obstacles_->facesNear(box, faces_);
+    obstacles_->facesNear(box, capsule, faces_);
     if (faces_.empty()) continue;
     if (++stamp_ == 0) std::fill(edge_stamp_.begin(), edge_stamp_.end(), 0U), stamp_ = 1;
     for (const int face : faces_) {
       const auto& f = faces[static_cast<std::size_t>(face)];
+      const Obstacles::FaceBound& bound = bounds[static_cast<std::size_t>(face)];
       const Vector3& a = vertices[static_cast<std::size_t>(f.vertices[0])];
-      const Vector3& b = vertices[static_cast<std::size_t>(f.vertices[1])];
-      const Vector3& c = vertices[static_cast<std::size_t>(f.vertices[2])];
       // A segment that stays wholly on one side of the face's plane, beyond reach, meets neither face nor its
-      // edges.
-      const Vector3 n = (b - a).cross(c - a);
-      const double limit = reach * n.norm() * (1 + 1e-9);
+      // edges. 1e-9 of the distances in play is for the normal's rounding.
+      const double limit = reach + 1e-9 * (extent + 2 * bound.radius);
       std::array<double, 4> height;
-      for (std::size_t j = 0; j < 4; ++j) height[j] = n.dot(p[j] - a);
+      for (std::size_t j = 0; j < 4; ++j) height[j] = bound.normal.dot(p[j] - a);
       const auto [low, high] = std::minmax_element(height.begin(), height.end());
       if (*low > limit || *high < -limit) continue;
       const auto node_may_meet = [&](std::size_t from, std::size_t to) {
-        return std::min(height[from], height[to]) <= limit && std::max(height[from], height[to]) >= -limit;
+        return std::min(height[from], height[to]) <= limit && std::max(height[from], height[to]) >= -limit &&
+               Capsule{p[from], p[to], reach}.meets(bound.center, bound.radius);
       };
       if (node_may_meet(0, 2)) candidates_.node_faces.push_back({k, face});
       if (k + 1 == segments && node_may_meet(1, 3)) candidates_.node_faces.push_back({k + 1, face});
@@ -82,9 +86,7 @@ void Contacts::findCandidates(const std::vector<Vector3>& positions, const std::
         if (e.flat) continue;
         const Vector3& ea = vertices[static_cast<std::size_t>(e.a)];
         const Vector3& eb = vertices[static_cast<std::size_t>(e.b)];
-        if ((ea.cwiseMax(eb).array() < box.min.array()).any() ||
-            (ea.cwiseMin(eb).array() > box.max.array()).any())
-          continue;
+        if (!capsule.meets(0.5 * (ea + eb), 0.5 * (eb - ea).norm())) continue;
         candidates_.segment_edges.push_back({k, edge});
       }
     }

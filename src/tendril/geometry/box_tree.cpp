@@ -60,6 +60,10 @@ float roundedDown(double x) {
 }
 float roundedUp(double x) { return -roundedDown(-x); }
 
+using Float4 = float __attribute__((vector_size(16)));
+constexpr float kRounding = std::numeric_limits<float>::epsilon();
+Float4 all(float x) { return Float4{x, x, x, x}; }
+
 }  // namespace
 
 BoxTree::FloatBox BoxTree::roundedOutward(const Aabb& box) {
@@ -125,6 +129,14 @@ int BoxTree::flatten(const void* build_node) {
       node.max[i][k] = exists ? max[i] : -kNowhere;
     }
     node.child[k] = -1;
+    float extent2 = 0;
+    for (int i = 0; i < 3; ++i) {
+      node.center[i][k] = exists ? 0.5F * min[i] + 0.5F * max[i] : 0;
+      const float half = std::max(max[i] - node.center[i][k], node.center[i][k] - min[i]);
+      extent2 += half * half;
+      if (exists) largest_ = std::max({largest_, std::abs(min[i]), std::abs(max[i])});
+    }
+    node.radius[k] = exists ? std::sqrt(extent2) : 0;
     if (exists) {
       const BuildNode& child = *from.children[k];
       node.child[k] = child.children_count == 0 ? ~static_cast<int>(child.item) : flatten(&child);
@@ -134,21 +146,21 @@ int BoxTree::flatten(const void* build_node) {
   return static_cast<int>(number);
 }
 
-void BoxTree::find(const Aabb& box, std::vector<int>& out) const {
+template <class MayMeet>
+void BoxTree::visit(const Aabb& box, const MayMeet& may_meet, std::vector<int>& out) const {
   if (nodes_.empty()) return;
   const FloatBox query = roundedOutward(box);
-  const auto all = [](float x) { return Float4{x, x, x, x}; };
   const Float4 min_x = all(query.min[0]), min_y = all(query.min[1]), min_z = all(query.min[2]);
   const Float4 max_x = all(query.max[0]), max_y = all(query.max[1]), max_z = all(query.max[2]);
 
-  const std::size_t first = out.size();
   int stack[kStack];
   std::size_t top = 0;
   stack[top++] = 0;
   while (top > 0) {
     const Node& node = nodes_[static_cast<std::size_t>(stack[--top])];
-    const Int4 meets = (node.min[0] <= max_x) & (node.max[0] >= min_x) & (node.min[1] <= max_y) &
-                       (node.max[1] >= min_y) & (node.min[2] <= max_z) & (node.max[2] >= min_z);
+    Int4 meets = (node.min[0] <= max_x) & (node.max[0] >= min_x) & (node.min[1] <= max_y) &
+                 (node.max[1] >= min_y) & (node.min[2] <= max_z) & (node.max[2] >= min_z);
+    meets &= may_meet(node);
     for (int k = 0; k < static_cast<int>(kBranching); ++k) {
       if (!meets[k]) continue;
       if (node.child[k] < 0)
@@ -157,7 +169,43 @@ void BoxTree::find(const Aabb& box, std::vector<int>& out) const {
         stack[top++] = node.child[k];
     }
   }
-  std::sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end());
+}
+
+void BoxTree::find(const Aabb& box, std::vector<int>& out) const {
+  visit(
+      box,
+      [](const Node&) {
+        return Int4{-1, -1, -1, -1};
+      },
+      out);
+}
+
+void BoxTree::find(const Aabb& box, const Capsule& capsule, std::vector<int>& out) const {
+  Float4 a[3], along[3];
+  float length2 = 0;
+  for (int i = 0; i < 3; ++i) {
+    const auto from = static_cast<float>(capsule.a[i]), way = static_cast<float>(capsule.b[i] - capsule.a[i]);
+    a[i] = all(from), along[i] = all(way);
+    length2 += way * way;
+  }
+  const Float4 inverse = all(length2 > 0 ? 1 / length2 : 0), zero = all(0), one = all(1);
+  // What single precision may lose of a distance: some roundings of coordinates, and some of the distance.
+  const auto coordinate =
+      static_cast<float>(std::max(capsule.a.cwiseAbs().maxCoeff(), capsule.b.cwiseAbs().maxCoeff()));
+  const Float4 reach =
+      all(static_cast<float>(capsule.radius) + 16 * kRounding * std::max(largest_, coordinate));
+  visit(
+      box,
+      [&](const Node& node) {
+        const Float4 x = node.center[0] - a[0], y = node.center[1] - a[1], z = node.center[2] - a[2];
+        Float4 t = (x * along[0] + y * along[1] + z * along[2]) * inverse;
+        t = t < zero ? zero : t;
+        t = t > one ? one : t;
+        const Float4 dx = x - t * along[0], dy = y - t * along[1], dz = z - t * along[2];
+        const Float4 limit = (reach + node.radius) * (1 + 64 * kRounding);
+        return dx * dx + dy * dy + dz * dz <= limit * limit;
+      },
+      out);
 }
 
 }  // namespace tendril

@@ -17,8 +17,10 @@ class BoxTree {
   /// Item i has the box boxes[i], finite. No boxes: a tree that finds nothing.
   explicit BoxTree(std::span<const Aabb> boxes);
 
-  /// Appends to `out`, ascending, each once, every item whose box meets `box`.
+  /// Appends to `out`, each once, in no order to rely on, every item whose box meets `box`.
   void find(const Aabb& box, std::vector<int>& out) const;
+  /// The same for those whose box may come near the capsule, too: balls around the boxes do.
+  void find(const Aabb& box, const Capsule& capsule, std::vector<int>& out) const;
 
  private:
   using Float4 = float __attribute__((vector_size(16)));
@@ -26,16 +28,21 @@ class BoxTree {
   struct FloatBox {
     float min[3], max[3];
   };
-  /// Two cache lines: the boxes of four children, and what they are: the number of a node, or ~i for item i.
+  /// Three cache lines: the boxes of four children, and what they are: the number of a node, or ~i for item
+  /// i.
   struct alignas(64) Node {
     Float4 min[3],
         max[3];  // one coordinate of the four children; children that do not exist have an empty box
     int child[4];
+    Float4 center[3], radius;  // balls around the boxes
   };
+  template <class MayMeet>
+  void visit(const Aabb& box, const MayMeet& may_meet, std::vector<int>& out) const;
 
   [[nodiscard]] static FloatBox roundedOutward(const Aabb& box);
   int flatten(const void* build_node);
 
+  float largest_ = 0;        // coordinate
   std::vector<Node> nodes_;  // the root first, each node before its descendants
 };
 

@@ -53,6 +53,7 @@ struct Obstacles::Data {
   std::vector<MeshEdge> edges;
   Aabb bounds;  // of all vertices
   BoxTree tree{{}};
+  std::vector<FaceBound> face_bounds;
 
   [[nodiscard]] const Vector3& vertex(int i) const { return vertices[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const Vector3& corner(const Face& face, int k) const {
@@ -116,8 +117,17 @@ Obstacles::Obstacles(std::span<const TriangleMesh> meshes) {
   for (const Vector3& v : data->vertices) data->bounds.include(v);
   data->findEdges();
   std::vector<Aabb> boxes(data->faces.size());
-  for (std::size_t f = 0; f < boxes.size(); ++f)
-    for (int k = 0; k < 3; ++k) boxes[f].include(data->corner(data->faces[f], k));
+  data->face_bounds.resize(boxes.size());
+  for (std::size_t f = 0; f < boxes.size(); ++f) {
+    const Vector3 &a = data->corner(data->faces[f], 0), &b = data->corner(data->faces[f], 1),
+                  &c = data->corner(data->faces[f], 2);
+    for (const Vector3& corner : {a, b, c}) boxes[f].include(corner);
+    const Vector3 center = a + (b - a) / 3 + (c - a) / 3;
+    const double radius = std::max({(a - center).norm(), (b - center).norm(), (c - center).norm()});
+    const Vector3 normal = (b - a).cross(c - a);
+    const bool sharp = normal.norm() < 1e-5 * std::max((b - a).squaredNorm(), (c - a).squaredNorm());
+    data->face_bounds[f] = {center, radius, sharp ? Vector3(Vector3::Zero()) : normal.stableNormalized()};
+  }
   data->tree = BoxTree(boxes);
   data_ = std::move(data);
 }
@@ -128,9 +138,26 @@ Obstacles& Obstacles::operator=(Obstacles&&) noexcept = default;
 
 std::span<const Vector3> Obstacles::vertices() const { return data_->vertices; }
 std::span<const Obstacles::Face> Obstacles::faces() const { return data_->faces; }
+std::span<const Obstacles::FaceBound> Obstacles::faceBounds() const { return data_->face_bounds; }
 std::span<const MeshEdge> Obstacles::edges() const { return data_->edges; }
 
-void Obstacles::facesNear(const Aabb& box, std::vector<int>& out) const { data_->tree.find(box, out); }
+void Obstacles::facesNear(const Aabb& box, std::vector<int>& out) const {
+  const auto first = static_cast<std::ptrdiff_t>(out.size());
+  data_->tree.find(box, out);
+  std::sort(out.begin() + first, out.end());
+}
+
+void Obstacles::facesNear(const Aabb& box, const Capsule& capsule, std::vector<int>& out) const {
+  const auto first = static_cast<std::ptrdiff_t>(out.size());
+  data_->tree.find(box, capsule, out);
+  out.erase(std::remove_if(out.begin() + first, out.end(),
+                           [&](int face) {
+                             const FaceBound& bound = data_->face_bounds[static_cast<std::size_t>(face)];
+                             return !capsule.meets(bound.center, bound.radius);
+                           }),
+            out.end());
+  std::sort(out.begin() + first, out.end());
+}
 
 Obstacles::Clearance Obstacles::clearance(std::span<const Vector3> polyline, double limit) const {
   Clearance best;
