@@ -54,16 +54,17 @@ struct Derivatives {
   Matrix6 hessian_ii, hessian_ij, hessian_jj;
 };
 Derivatives derivatives(const Case& c, bool geometric) {
-  dynamics::ElementLaw law{.h = c.element.h, .c = {}, .stiffness = {}, .rate = 0};
-  std::copy_n(c.element.c.data(), 6, law.stiffness);
-  Table psi, f;
-  psi.resize(6, 1), f.resize(6, 1);
+  dynamics::ElementLaw law{.h = c.element.h, .c = {}, .rate = 0};
+  std::copy_n(c.element.c.data(), 6, law.c);
+  Table psi, f, elastic;
+  psi.resize(6, 1), f.resize(6, 1), elastic.resize(8, 1);
+  elastic.at(6, 0) = c.element.c[4], elastic.at(7, 0) = c.element.c[5];
   const Vector6 p = beam::relativeLog(c.i, c.j), wrench = c.element.wrench(p);
   for (int i = 0; i < 6; ++i) psi.at(i, 0) = p[i], f.at(i, 0) = wrench[i];
   BlockTridiagonal system;
   system.resize(2);
-  dynamics::kernel().derivatives(1, law, psi.rows(), f.rows(), geometric, system.diagonalBlocks(),
-                                 system.upperBlocks());
+  dynamics::kernel().derivatives(1, law, psi.rows(), elastic.rows(), f.rows(), geometric,
+                                 system.diagonalBlocks(), system.upperBlocks());
   const auto symmetric = [&](std::size_t k) {
     return Matrix6(Matrix6(system.diagonal(k)).selfadjointView<Eigen::Lower>());
   };

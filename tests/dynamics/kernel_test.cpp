@@ -29,7 +29,7 @@ std::vector<Node> randomRod(Random& random, int elements, double h, double bend)
 
 /// Everything the kernels say of a rod, one number after the other.
 struct Said {
-  Table psi, reference, wrench;
+  Table psi, elastic, wrench;
   std::vector<double> all;
 };
 Said whatIsSaid(const dynamics::Kernel& kernel, const std::vector<Node>& nodes, double h, bool geometric) {
@@ -38,7 +38,7 @@ Said whatIsSaid(const dynamics::Kernel& kernel, const std::vector<Node>& nodes, 
   Table frames, rest, hat;
   Said said;
   frames.resize(7, nodes.size()), rest.resize(3, elements), hat.resize(6, elements);
-  said.psi.resize(6, elements), said.reference.resize(6, elements), said.wrench.resize(6, elements);
+  said.psi.resize(6, elements), said.elastic.resize(8, elements), said.wrench.resize(6, elements);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     for (int j = 0; j < 4; ++j) frames.at(j, i) = nodes[i].pose.rotation.coeffs()[j];
     for (int j = 0; j < 3; ++j) frames.at(4 + j, i) = nodes[i].pose.position[j];
@@ -47,21 +47,18 @@ Said whatIsSaid(const dynamics::Kernel& kernel, const std::vector<Node>& nodes, 
     for (int j = 0; j < 3; ++j) rest.at(j, k) = 0.1 * static_cast<double>(k) - j;
     for (int j = 0; j < 6; ++j) hat.at(j, k) = 0.01 * j;
   }
-  dynamics::ElementLaw law{.h = h,
-                           .c = {0.7, 1, 1.3, 4e2, 1.5e2, 1.2e2},
-                           .stiffness = {0.7, 1, 1.3, 4e2, 1.4e2, 1.1e2},
-                           .rate = 0.3};
+  dynamics::ElementLaw law{.h = h, .c = {0.7, 1, 1.3, 4e2, 1.5e2, 1.2e2}, .rate = 0.3};
   kernel.strains(count, frames.rows(), said.psi.rows());
-  kernel.references(count, law, rest.rows(), said.psi.rows(), hat.rows(), said.reference.rows());
+  kernel.prepare(count, law, rest.rows(), said.psi.rows(), hat.rows(), said.elastic.rows());
   std::vector<double> energies(elements + 8);
-  kernel.wrenches(count, law, said.psi.rows(), said.reference.rows(), said.wrench.rows(), energies.data());
+  kernel.wrenches(count, law, said.psi.rows(), said.elastic.rows(), said.wrench.rows(), energies.data());
   BlockTridiagonal system;
   system.resize(nodes.size());
-  kernel.derivatives(count, law, said.psi.rows(), said.wrench.rows(), geometric, system.diagonalBlocks(),
-                     system.upperBlocks());
+  kernel.derivatives(count, law, said.psi.rows(), said.elastic.rows(), said.wrench.rows(), geometric,
+                     system.diagonalBlocks(), system.upperBlocks());
   for (std::size_t k = 0; k < elements; ++k) {
-    for (Table* table : {&said.psi, &said.reference, &said.wrench})
-      for (int j = 0; j < 6; ++j) said.all.push_back(table->at(j, k));
+    for (Table* table : {&said.psi, &said.elastic, &said.wrench})
+      for (int j = 0; j < (table == &said.elastic ? 8 : 6); ++j) said.all.push_back(table->at(j, k));
     said.all.push_back(energies[k]);
   }
   const std::size_t block_values = nodes.size() * dynamics::kBlock;

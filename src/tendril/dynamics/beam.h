@@ -39,13 +39,4 @@ struct Element {
   }
 };
 
-/// The stiffness of an element of length h [m] of a rod with stiffness c: to its shear force it gives way by
-/// the bending that the force makes within it, too (README.md, section 2).
-[[nodiscard]] inline Vector6 elementStiffness(const Vector6& c, double h) {
-  Vector6 k = c;
-  k[4] = 1 / (1 / c[4] + h * h / (12 * c[2]));
-  k[5] = 1 / (1 / c[5] + h * h / (12 * c[1]));
-  return k;
-}
-
 }  // namespace tendril::beam

@@ -21,7 +21,7 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
   const double h = rod.length / static_cast<double>(element_count), dt = model.simulation.time_step;
   const bool resized = nodes.size() != n;
   if (resized) {
-    rest_curvature.resize(3, element_count), reference.resize(6, element_count);
+    rest_curvature.resize(3, element_count), elastic.resize(8, element_count);
     u_hat.resize(6, element_count);
     frames.resize(7, n);
     predicted_masses.resize(n), predicted_rotations.resize(n), predicted_motion.resize(n), masses.resize(n);
@@ -69,9 +69,7 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
 
   // Rayleigh damping beta c du/dt with du/dt = (u - u_hat)/tau folds into the element.
   law.h = h;
-  const Vector6 stiffness = beam::elementStiffness(rod.c, h);
   std::copy_n(rod.c.data(), 6, law.c);
-  std::copy_n(stiffness.data(), 6, law.stiffness);
   law.rate = model.simulation.stiffness_damping / (second ? 2 * dt / 3 : dt);
   evaluateStrains(nodes, elements);
   for (std::size_t k = 0; k < element_count; ++k) {
@@ -89,9 +87,9 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
     for (int i = 0; i < 6; ++i) u_hat.at(i, k) = hat[i];
   }
   const auto count = static_cast<int>(element_count);
-  dynamics::kernel().references(count, law, rest_curvature.rows(), elements.psi.rows(), u_hat.rows(),
-                                reference.rows());
-  dynamics::kernel().wrenches(count, law, elements.psi.rows(), reference.rows(), elements.wrench.rows(),
+  dynamics::kernel().prepare(count, law, rest_curvature.rows(), elements.psi.rows(), u_hat.rows(),
+                             elastic.rows());
+  dynamics::kernel().wrenches(count, law, elements.psi.rows(), elastic.rows(), elements.wrench.rows(),
                               elements.energies.data());
 
   // Grippers: PD as implicit springs that reach the largest force within 0.2 % of L and the largest torque
@@ -148,7 +146,7 @@ void RodWorkspace::Impl::evaluateStrains(const std::vector<Node>& at, ElementSta
 
 void RodWorkspace::Impl::evaluateElements(const std::vector<Node>& at, ElementState& out) {
   evaluateStrains(at, out);
-  dynamics::kernel().wrenches(static_cast<int>(at.size()) - 1, law, out.psi.rows(), reference.rows(),
+  dynamics::kernel().wrenches(static_cast<int>(at.size()) - 1, law, out.psi.rows(), elastic.rows(),
                               out.wrench.rows(), out.energies.data());
 }
 
@@ -174,7 +172,7 @@ double RodWorkspace::Impl::smoothEnergy(const RodModel& model, const std::vector
 }
 
 void RodWorkspace::Impl::assemble(const RodModel& model, bool geometric) {
-  dynamics::kernel().derivatives(static_cast<int>(nodes.size()) - 1, law, elements.psi.rows(),
+  dynamics::kernel().derivatives(static_cast<int>(nodes.size()) - 1, law, elements.psi.rows(), elastic.rows(),
                                  elements.wrench.rows(), geometric, system.diagonalBlocks(),
                                  system.upperBlocks());
   addSmoothTerms(model);

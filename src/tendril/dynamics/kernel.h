@@ -19,10 +19,9 @@ struct Rows {
 
 /// What all elements of a rod have in common.
 struct ElementLaw {
-  double h;             // m
-  double c[6];          // the rod's stiffness, N m^2 and N
-  double stiffness[6];  // an element's (beam.h)
-  double rate;  // Rayleigh damping over the time it is taken: the step's stiffness is (1 + rate) times that
+  double h;     // m
+  double c[6];  // the rod's stiffness, N m^2 and N
+  double rate;  // Rayleigh damping over the time it is taken: the step's stiffness is (1 + rate) c
 };
 
 /// In a block a row has 8 places: 6 of the matrix, one of the right-hand side (of the diagonal blocks), one
@@ -33,17 +32,18 @@ struct Kernel {
   const char* name;
   /// psi = log(q_i^-1 q_{i+1}), 6 rows, of the elements between `nodes`: quaternion x y z w, position [m].
   void (*strains)(int elements, const Rows& nodes, const Rows& psi);
-  /// The strain at which each element is at ease in this step: by the rod's curvature at rest [1/m] (3 rows),
-  /// restStrainShift at psi, and damping, whose rate of strain is counted from u_hat. (6 rows)
-  void (*references)(int elements, const ElementLaw& law, const Rows& rest, const Rows& psi,
-                     const Rows& u_hat, const Rows& reference);
+  /// What an element is in this step, 8 rows: the strain at which it is at ease, by the rod's curvature at
+  /// rest [1/m] (3 rows), by how its strain changes along it at psi, and by damping, whose rate of strain is
+  /// counted from u_hat; and its stiffness in shear, without damping [N].
+  void (*prepare)(int elements, const ElementLaw& law, const Rows& rest, const Rows& psi, const Rows& u_hat,
+                  const Rows& elastic);
   /// f = (1 + rate) stiffness (u - reference), 6 rows, and the energies h/2 f.(u - reference).
-  void (*wrenches)(int elements, const ElementLaw& law, const Rows& psi, const Rows& reference, const Rows& f,
+  void (*wrenches)(int elements, const ElementLaw& law, const Rows& psi, const Rows& elastic, const Rows& f,
                    double* energies);
   /// Sets the blocks of the Hessian of the elements' energy by the nodes' body increments, and minus its
   /// gradient as right-hand side: README.md, 4. Of the diagonal blocks only the lower triangle is set.
-  void (*derivatives)(int elements, const ElementLaw& law, const Rows& psi, const Rows& f, bool geometric,
-                      double* diagonal, double* upper);
+  void (*derivatives)(int elements, const ElementLaw& law, const Rows& psi, const Rows& elastic,
+                      const Rows& f, bool geometric, double* diagonal, double* upper);
   /// Solves the block-tridiagonal system by H = L D L^T, from both ends to the middle; destroys it. False if
   /// it is not positive definite. `solution` has 6 numbers a block.
   bool (*solve)(int blocks, double* diagonal, double* upper, double* solution);

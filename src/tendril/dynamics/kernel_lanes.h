@@ -121,19 +121,30 @@ void strainsOf(int elements, const Rows& nodes, const Rows& psi) {
 
 // ------------------------------------------------------------------------------------------------ law
 
+/// The stiffness of an element: the rod's, but that to its shear force it gives way by the bending that the
+/// force makes within it, too; the less, the tauter it is (README.md, section 2).
 template <class T>
-void referencesOf(int elements, const ElementLaw& law, const Rows& rest, const Rows& psi_rows,
-                  const Rows& u_hat, const Rows& reference) {
+TENDRIL_INLINE void shearStiffness(const ElementLaw& law, const T& stretch, T* shear) {
+  const T tension = law.c[3] * (stretch > 0 ? stretch : T{});
+  const double h2 = law.h * law.h;
+  shear[0] = 1 / (1 / law.c[4] + h2 / (12 * law.c[2] + 1.2 * h2 * tension));
+  shear[1] = 1 / (1 / law.c[5] + h2 / (12 * law.c[1] + 1.2 * h2 * tension));
+}
+
+template <class T>
+void prepareElements(int elements, const ElementLaw& law, const Rows& rest, const Rows& psi_rows,
+                     const Rows& u_hat, const Rows& elastic) {
   const double h = law.h, soft = law.c[1] < law.c[2] ? law.c[1] : law.c[2];
   for (int k = 0; k < elements; k += kWidth<T>) {
-    T psi[6], ease[6], at_rest[6];
+    T psi[6], stiffness[6], ease[6], at_rest[6];
     load(psi_rows, 0, 6, k, psi);
     load(rest, 0, 3, k, at_rest);
     for (int i = 3; i < 6; ++i) at_rest[i] = T{};
-    for (int i = 0; i < 6; ++i) ease[i] = at_rest[i];
+    for (int i = 0; i < 6; ++i) ease[i] = at_rest[i], stiffness[i] = broadcast<T>(law.c[i]);
+    shearStiffness<T>(law, psi[3] / h - 1, stiffness + 4);
     for (int pass = 0; pass < 2; ++pass) {  // the wrench owes something to the shift itself
       T f[6], rate[6], gain[6], wrench[6], x[3], y[3];
-      for (int i = 0; i < 6; ++i) f[i] = law.stiffness[i] * (psi[i] / h - (i == 3 ? 1.0 : 0.0) - ease[i]);
+      for (int i = 0; i < 6; ++i) f[i] = stiffness[i] * (psi[i] / h - (i == 3 ? 1.0 : 0.0) - ease[i]);
       // u' = c^-1 ad_U^T f
       cross(f, psi, x), cross(f + 3, psi + 3, y);
       for (int i = 0; i < 3; ++i) rate[i] = (x[i] + y[i]) / (h * law.c[i]);
@@ -149,23 +160,25 @@ void referencesOf(int elements, const ElementLaw& law, const Rows& rest, const R
       const T share = coarse < 1 ? 1 - coarse * coarse : T{};
       for (int i = 0; i < 6; ++i)
         ease[i] = at_rest[i] + share * (h / 12 * gain[i] + f[i] / law.c[i] -
-                                        (f[i] + h * h / 12 * wrench[i]) / law.stiffness[i]);
+                                        (f[i] + h * h / 12 * wrench[i]) / stiffness[i]);
     }
     for (int i = 0; i < 6; ++i) {
       const T hat = load<T>(u_hat[i] + k);
-      store(reference[i] + k, T((ease[i] + law.rate * hat) / (1 + law.rate)));
+      store(elastic[i] + k, T((ease[i] + law.rate * hat) / (1 + law.rate)));
     }
+    store(elastic[6] + k, stiffness[4]), store(elastic[7] + k, stiffness[5]);
   }
 }
 
 template <class T>
-void wrenchesOf(int elements, const ElementLaw& law, const Rows& psi, const Rows& reference, const Rows& f,
+void wrenchesOf(int elements, const ElementLaw& law, const Rows& psi, const Rows& elastic, const Rows& f,
                 double* energies) {
   for (int k = 0; k < elements; k += kWidth<T>) {
     T energy = T{};
     for (int i = 0; i < 6; ++i) {
-      const T u = load<T>(psi[i] + k) / law.h - (i == 3 ? 1.0 : 0.0) - load<T>(reference[i] + k);
-      const T wrench = ((1 + law.rate) * law.stiffness[i]) * u;
+      const T u = load<T>(psi[i] + k) / law.h - (i == 3 ? 1.0 : 0.0) - load<T>(elastic[i] + k);
+      const T stiffness = i < 4 ? broadcast<T>(law.c[i]) : load<T>(elastic[2 + i] + k);
+      const T wrench = (1 + law.rate) * stiffness * u;
       energy = energy + wrench * u;
       store(f[i] + k, wrench);
     }
@@ -194,7 +207,7 @@ struct Block {
       for (T& value : row) value = T{};
   }
   /// += sign a^T diag(k) b, for the quarter that begins at (row, column)
-  TENDRIL_INLINE void addProduct(int row, int column, double sign, const Matrix<T>& a, const double* k,
+  TENDRIL_INLINE void addProduct(int row, int column, double sign, const Matrix<T>& a, const T* k,
                                  const Matrix<T>& b) {
 #pragma GCC unroll 3
     for (int r = 0; r < 3; ++r)
@@ -206,7 +219,7 @@ struct Block {
   }
   /// += sign [a 0; q a]^T C [b 0; p b], C = diag(km, kn)
   TENDRIL_INLINE void add(double sign, const Matrix<T>& a, const Matrix<T>& q, const Matrix<T>& b,
-                          const Matrix<T>& p, const double* km, const double* kn) {
+                          const Matrix<T>& p, const T* km, const T* kn) {
     addProduct(0, 0, sign, a, km, b), addProduct(0, 0, sign, q, kn, p);
     addProduct(0, 3, sign, q, kn, b);
     addProduct(3, 0, sign, a, kn, p);
@@ -235,14 +248,14 @@ TENDRIL_INLINE void putLower(const Block<T>& block, int l, double* to) {
 }
 
 template <class T>
-void derivativesOf(int elements, const ElementLaw& law, const Rows& psi_rows, const Rows& f_rows,
-                   bool geometric, double* diagonal, double* upper) {
-  double km[3], kn[3];
-  for (int i = 0; i < 3; ++i) {
-    km[i] = (1 + law.rate) * law.stiffness[i] / law.h;
-    kn[i] = (1 + law.rate) * law.stiffness[3 + i] / law.h;
-  }
+void derivativesOf(int elements, const ElementLaw& law, const Rows& psi_rows, const Rows& elastic,
+                   const Rows& f_rows, bool geometric, double* diagonal, double* upper) {
+  const double scale = (1 + law.rate) / law.h;
   for (int first = 0; first < elements; first += kWidth<T>) {
+    T km[3], kn[3];
+    for (int i = 0; i < 3; ++i) km[i] = broadcast<T>(scale * law.c[i]);
+    kn[0] = broadcast<T>(scale * law.c[3]);
+    kn[1] = scale * load<T>(elastic[6] + first), kn[2] = scale * load<T>(elastic[7] + first);
     T psi[6], f[6];
     load(psi_rows, 0, 6, first, psi), load(f_rows, 0, 6, first, f);
     const T *k = psi, *d = psi + 3, *m = f, *n = f + 3;
@@ -456,7 +469,7 @@ bool solveSystem(int blocks, double* diagonal, double* upper, double* solution) 
 template <int N>
 const Kernel& makeKernel(const char* name) {
   using T = Lanes<N>;
-  static const Kernel kernel = {name,          strainsOf<T>,     referencesOf<T>,
+  static const Kernel kernel = {name,          strainsOf<T>,     prepareElements<T>,
                                 wrenchesOf<T>, derivativesOf<T>, solveSystem<T>};
   return kernel;
 }

@@ -19,13 +19,13 @@ void measureElements(const RodModel& model, RodWorkspace::Impl& w, Quantities& q
   const double h = w.law.h;
   dynamics::ElementLaw law = w.law;
   law.rate = 0;
-  Table reference;
+  Table law_rows;
   ElementState elastic;
-  reference.resize(6, n), elastic.resize(n);
+  law_rows.resize(8, n), elastic.resize(n);
   const auto count = static_cast<int>(n);
-  dynamics::kernel().references(count, law, w.rest_curvature.rows(), w.elements.psi.rows(), w.u_hat.rows(),
-                                reference.rows());
-  dynamics::kernel().wrenches(count, law, w.elements.psi.rows(), reference.rows(), elastic.wrench.rows(),
+  dynamics::kernel().prepare(count, law, w.rest_curvature.rows(), w.elements.psi.rows(), w.u_hat.rows(),
+                             law_rows.rows());
+  dynamics::kernel().wrenches(count, law, w.elements.psi.rows(), law_rows.rows(), elastic.wrench.rows(),
                               elastic.energies.data());
   q.curvature.resize(n), q.strain.resize(n), q.internal_moment.resize(n), q.internal_force.resize(n);
   double sharpest = 0;

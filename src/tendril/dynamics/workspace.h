@@ -118,7 +118,7 @@ struct Newmark {
 struct RodWorkspace::Impl {
   // Constant during a step.
   dynamics::ElementLaw law{};
-  Table rest_curvature, reference, u_hat;  // of the elements: 3, 6 and 6 rows
+  Table rest_curvature, elastic, u_hat;  // of the elements: 3, 8 and 6 rows
   Newmark scheme{};
   std::vector<Vector3> predicted_masses;  // x~ of the nodes' masses, world
   std::vector<Quaternion> predicted_rotations;
