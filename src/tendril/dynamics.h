@@ -20,7 +20,7 @@ namespace tendril {
 struct NewtonSettings {
   int max_iterations = 30;
   double tolerance =
-      1e-4;  // largest node motion (L, rad) of the last iteration, whose error is about its square
+      1e-3;  // largest node motion (L, rad) of the last iteration, whose error is about its square
 };
 
 /// Everything about a simulation that does not change while it runs. Refers to the obstacles, does not own

@@ -50,8 +50,11 @@ struct SimulationSettings {
   double time_step = 0.02;           // s
   double drag = 2.0;                 // 1/s, mass-proportional: a free motion decays as exp(-drag t)
   double stiffness_damping = 0.002;  // s, Rayleigh beta
-  double contact_distance =
-      0.0;  // m, the barrier's reach dhat; default filled in on reading (optional key of ours)
+  double contact_distance = 0.0;     // m, the barrier's reach dhat; default filled in on reading
+  int newton_iterations = 30;        // the most a step may take
+  double newton_tolerance =
+      1e-3;                     // L, rad: the motion of the last iteration, whose error is about its square
+  double step_tolerance = 0.0;  // m: error of a step; 0: every step is one of time_step
 };
 
 /// The goal region: every state whose two gripper frames lie within `position` (and `angle`) of the goal's

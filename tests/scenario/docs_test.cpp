@@ -94,6 +94,10 @@ TEST(ScenarioDocumentation, NamesEveryKeyTheProgramWrites) {
                                 "time_step_s",
                                 "drag_1_s",
                                 "stiffness_damping_s",
+                                "damping",
+                                "newton_iterations",
+                                "newton_tolerance",
+                                "step_tolerance_m",
                                 "contact_distance_m"})
     EXPECT_NE(docs.find("`" + key), std::string::npos) << key;
 }

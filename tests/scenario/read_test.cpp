@@ -67,6 +67,23 @@ TEST(Scenario, EveryGivenValueArrives) {
   EXPECT_EQ(s.simulation.contact_distance, 1e-3);
 }
 
+TEST(Scenario, ADampingRatioAtAFrequencyIsTheRayleighDampingOfAVibration) {
+  // m x'' + beta k x' + k x = 0: the ratio is beta omega / 2.
+  const Scenario s =
+      parseScenario(kExample +
+                        "simulation: {damping: {ratio: 0.05, frequency_hz: 2}, newton_iterations: 2,\n"
+                        "  newton_tolerance: 0.01, step_tolerance_m: 1e-3}\n",
+                    "scenarios/a.yaml");
+  EXPECT_NEAR(s.simulation.stiffness_damping * 2 * std::numbers::pi * 2 / 2, 0.05, 1e-15);
+  EXPECT_EQ(s.simulation.newton_iterations, 2);
+  EXPECT_EQ(s.simulation.newton_tolerance, 0.01);
+  EXPECT_EQ(s.simulation.step_tolerance, 1e-3);
+  EXPECT_NE(messageFor(kExample + "simulation: {damping: {ratio: 0.05, frequency_hz: 2}, "
+                                  "stiffness_damping_s: 0.01}\n")
+                .find("exclude each other"),
+            std::string::npos);
+}
+
 TEST(Scenario, StiffnessFollowsFromModuliAsInSection23) {
   const Vector6 c = parseScenario(kExample, "a.yaml").rod.c;
   const double r = 0.01, pi = std::numbers::pi, e = 5e7, g = e / 2.8;

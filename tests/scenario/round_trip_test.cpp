@@ -69,6 +69,9 @@ void expectSame(const Scenario& a, const Scenario& b) {
   EXPECT_TRUE(sameBits(a.simulation.drag, b.simulation.drag));
   EXPECT_TRUE(sameBits(a.simulation.stiffness_damping, b.simulation.stiffness_damping));
   EXPECT_TRUE(sameBits(a.simulation.contact_distance, b.simulation.contact_distance));
+  EXPECT_EQ(a.simulation.newton_iterations, b.simulation.newton_iterations);
+  EXPECT_TRUE(sameBits(a.simulation.newton_tolerance, b.simulation.newton_tolerance));
+  EXPECT_TRUE(sameBits(a.simulation.step_tolerance, b.simulation.step_tolerance));
   EXPECT_TRUE(sameBits(a.start, b.start));
   EXPECT_TRUE(sameBits(a.start_pose, b.start_pose));
   ASSERT_EQ(a.goal.has_value(), b.goal.has_value());
@@ -150,6 +153,9 @@ class RandomScenario {
                             {"scheme", coin() ? "second_order" : "implicit_euler"},
                             {"time_step_s", magnitude(-6, 0)},
                             {"drag_1_s", magnitude(-3, 3)},
+                            {"newton_iterations", 1 + static_cast<int>(random_.uniform(0, 999))},
+                            {"newton_tolerance", magnitude(-11, -2)},
+                            {"step_tolerance_m", magnitude(-6, -1)},
                             {"contact_distance_m", magnitude(-5, -1)}};
     if (coin()) {
       json["goal"] = placement();
@@ -227,7 +233,8 @@ TEST(Scenario, EveryDefaultIsWritten) {
        {"/summary", "/rod/self_contact", "/rod/shear_correction", "/environment/meshes/0/position_m",
         "/environment/meshes/0/orientation_wxyz", "/grippers/max_force_n", "/grippers/max_torque_n_m",
         "/simulation/inertia", "/simulation/scheme", "/simulation/time_step_s", "/simulation/drag_1_s",
-        "/simulation/stiffness_damping_s", "/simulation/contact_distance_m", "/goal/tolerance/position_m"})
+        "/simulation/stiffness_damping_s", "/simulation/contact_distance_m", "/simulation/newton_iterations",
+        "/simulation/newton_tolerance", "/simulation/step_tolerance_m", "/goal/tolerance/position_m"})
     EXPECT_TRUE(json.contains(nlohmann::json::json_pointer(pointer))) << pointer;
   const PlannerSettings defaults;
   visitPlannerSettings(defaults, [&](const char* key, const auto& field, auto&&...) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 namespace tendril::contact {
 namespace {
@@ -267,6 +268,17 @@ double Contacts::energy() const {
   double sum = self_contact_ ? self_.energy() : 0;
   for (const Term& term : terms_) sum += term.weight * barrier_(term.distance - radius_).energy;
   return sum;
+}
+
+double Contacts::halfClearance() const {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < terms_.size(); ++i)
+    for (std::size_t j = i + 1; j < terms_.size(); ++j) {
+      const Term &a = terms_[i], &b = terms_[j];
+      if (a.node != b.node || a.normal.dot(b.normal) > -0.5) continue;
+      least = std::min(least, 0.5 * (a.distance + b.distance) - radius_);
+    }
+  return least;
 }
 
 void Contacts::addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const {

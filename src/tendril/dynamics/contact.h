@@ -64,6 +64,11 @@ class Contacts {
   /// Collects the active terms at these positions. False (and no terms) if something penetrates.
   [[nodiscard]] bool evaluate(const std::vector<Vector3>& positions);
   [[nodiscard]] double energy() const;
+  /// Half of the smallest clearance left to a place on the rod between two active contacts that press on it
+  /// from opposite sides [m]; infinite if there is none.
+  [[nodiscard]] double halfClearance() const;
+  /// Changes the barrier. It must not reach farther than the one the candidates were found for.
+  void setBarrier(const Barrier& barrier) { barrier_ = barrier; }
   void addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const;
 
   void lagFriction(const std::vector<Vector3>& positions, double coefficient, double slip_length);

@@ -13,6 +13,10 @@ constexpr double kSpectralRadius = 0.8;
 
 }  // namespace
 
+contact::Barrier barrierFor(const RodModel& model, double reach) {
+  return {reach, 0.25 * model.grippers.max_force / reach};
+}
+
 void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<GripperGoal, 2>& step_goals,
                                  const RodState& state) {
   const RodProperties& rod = model.rod;
@@ -70,14 +74,15 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
   // Rayleigh damping beta c du/dt with du/dt = (u - u_hat)/tau folds into the element.
   law.h = h;
   std::copy_n(rod.c.data(), 6, law.c);
-  law.rate = model.simulation.stiffness_damping / (second ? 2 * dt / 3 : dt);
+  const bool two_strains = second && !state.previous_nodes.empty();
+  law.rate = model.simulation.stiffness_damping / (two_strains ? 2 * dt / 3 : dt);
   evaluateStrains(nodes, elements);
   for (std::size_t k = 0; k < element_count; ++k) {
     const Vector3 rest = rod.restCurvature(static_cast<int>(k));
     for (int i = 0; i < 3; ++i) rest_curvature.at(i, k) = rest[i];
     Vector6 hat = elements.psi.column(k) / h;
     hat[3] -= 1;
-    if (second) {
+    if (two_strains) {
       const Node a{state.previous_nodes[k], state.previous_nodes[k].rotation.toRotationMatrix()};
       const Node b{state.previous_nodes[k + 1], state.previous_nodes[k + 1].rotation.toRotationMatrix()};
       Vector6 u_previous = beam::relativeLog(a, b) / h;
@@ -112,10 +117,8 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
   }
 
   has_contacts = !model.obstacles->faces().empty() || rod.self_contact;
-  if (has_contacts) {
-    const double dhat = model.simulation.contact_distance;
-    contacts.prepare(*model.obstacles, rod, {dhat, 0.25 * model.grippers.max_force / dhat});
-  }
+  if (has_contacts)
+    contacts.prepare(*model.obstacles, rod, barrierFor(model, model.simulation.contact_distance));
 }
 
 void RodWorkspace::Impl::updateState(const RodModel& model, RodState& state) const {

@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kLargestNodeMotion = 0.24;                  // of L, along one straight motion
 constexpr double kKeptGap = 0.1;                             // fraction of every gap a Newton step must leave
+constexpr double kLeastReach = 0.02;                         // of the contact distance, in narrow passages
 constexpr double kLeastStretch = 0.81, kMostStretch = 1.24;  // of an element, along every straight motion
 
 /// The smallest length, over t in [0, 1], of a vector that moves from e by t d.
@@ -75,6 +76,7 @@ RodModel::RodModel(const Scenario& scenario, const Obstacles& obstacles_in)
       workspace(scenario.environment.workspace),
       friction(scenario.environment.friction),
       gravity(scenario.environment.gravity),
+      newton{scenario.simulation.newton_iterations, scenario.simulation.newton_tolerance},
       obstacles(&obstacles_in) {}
 
 namespace {
@@ -94,8 +96,11 @@ double filter(const RodModel& model, double fraction, RodWorkspace::Impl& w) {
 
 }  // namespace
 
-StepReport step(const RodModel& model, const std::array<GripperGoal, 2>& goals, RodState& state,
-                RodWorkspace& workspace, bool record_way_points) {
+namespace {
+
+/// A step of the model's time step.
+StepReport stepOnce(const RodModel& model, const std::array<GripperGoal, 2>& goals, RodState& state,
+                    RodWorkspace& workspace, bool record_way_points) {
   RodWorkspace::Impl& w = workspace.impl();
   w.prepare(model, goals, state);
   const std::size_t n = w.nodes.size();
@@ -111,6 +116,12 @@ StepReport step(const RodModel& model, const std::array<GripperGoal, 2>& goals, 
           StepReport::Status::stalled;  // the caller handed over a penetrating state: leave it as it is
       w.way_point_count = 0;
       return report;
+    }
+    // A barrier that reaches beyond the middle of a passage plugs it.
+    const double reach = model.simulation.contact_distance, half = w.contacts.halfClearance();
+    if (half < reach) {
+      w.contacts.setBarrier(barrierFor(model, std::max(half, kLeastReach * reach)));
+      if (!w.contacts.evaluate(w.positions)) assert(false && "the same positions were free");
     }
     // Slip below a hundredth of the gripper's travel counts as sticking.
     w.contacts.lagFriction(w.positions, model.friction, 0.01 * model.grippers.max_speed * dt);
@@ -181,6 +192,69 @@ StepReport step(const RodModel& model, const std::array<GripperGoal, 2>& goals, 
   w.updateState(model, state);
   if (record_way_points) w.chooseWayPoints(model);
   return report;
+}
+
+/// The same in `count` equal parts; the way points of all of them, if recorded, in w.parts.
+StepReport stepInParts(int count, const RodModel& model, const std::array<GripperGoal, 2>& goals,
+                       RodState& state, RodWorkspace& workspace, bool record_way_points) {
+  RodWorkspace::Impl& w = workspace.impl();
+  if (w.part_model)
+    *w.part_model = model;
+  else
+    w.part_model = std::make_unique<RodModel>(model);
+  w.part_model->simulation.time_step /= count;
+  const double dt = w.part_model->simulation.time_step;
+  StepReport total;
+  w.part_count = 0;
+  // Strain rates are taken from equally long parts: the first one has none before it.
+  state.previous_nodes.clear();
+  for (int part = 0; part < count; ++part) {
+    std::array<GripperGoal, 2> part_goals = goals;
+    for (const End end : kBothEnds) {
+      GripperGoal& goal = part_goals[static_cast<std::size_t>(end)];
+      if (goal.moving) goal.pose = approach(endPose(state.nodes, end), goal.pose, model.grippers, dt);
+    }
+    const StepReport report = stepOnce(*w.part_model, part_goals, state, workspace, record_way_points);
+    total.iterations += report.iterations, total.contacts = report.contacts;
+    if (report.status != StepReport::Status::converged) total.status = report.status;
+    if (!record_way_points) continue;
+    for (std::size_t i = 0; i < w.way_point_count; ++i) {
+      if (w.parts.size() == w.part_count) w.parts.emplace_back();
+      w.parts[w.part_count++] = w.way_points[i];
+    }
+  }
+  return total;
+}
+
+/// Halves the parts until that changes the result by no more than the tolerance: what the parts' error is,
+/// by Richardson's estimate for a scheme of this order.
+StepReport stepToTolerance(const RodModel& model, const std::array<GripperGoal, 2>& goals, RodState& state,
+                           RodWorkspace& workspace, bool record_way_points) {
+  constexpr int kMostParts = 64;
+  RodWorkspace::Impl& w = workspace.impl();
+  const double order = model.simulation.scheme == Scheme::second_order ? 2 : 1;
+  const double allowed = model.simulation.step_tolerance * (std::exp2(order) - 1);
+  w.start_state = state;
+  StepReport report = stepInParts(1, model, goals, state, workspace, false);
+  for (int parts = 2;; parts *= 2) {
+    w.coarser = state.nodes;
+    state = w.start_state;
+    const int iterations = report.iterations;
+    report = stepInParts(parts, model, goals, state, workspace, record_way_points);
+    report.iterations += iterations;
+    if (parts >= kMostParts || maxNodeDistance(w.coarser, state.nodes) <= allowed) break;
+  }
+  std::swap(w.way_points, w.parts), std::swap(w.way_point_count, w.part_count);
+  return report;
+}
+
+}  // namespace
+
+StepReport step(const RodModel& model, const std::array<GripperGoal, 2>& goals, RodState& state,
+                RodWorkspace& workspace, bool record_way_points) {
+  return model.simulation.step_tolerance > 0
+             ? stepToTolerance(model, goals, state, workspace, record_way_points)
+             : stepOnce(model, goals, state, workspace, record_way_points);
 }
 
 }  // namespace tendril

@@ -115,6 +115,9 @@ struct Newmark {
   }
 };
 
+/// The barrier that reaches so far [m]: a gap of half of that holds 0.3 times the largest force of a gripper.
+[[nodiscard]] contact::Barrier barrierFor(const RodModel& model, double reach);
+
 struct RodWorkspace::Impl {
   // Constant during a step.
   dynamics::ElementLaw law{};
@@ -145,6 +148,13 @@ struct RodWorkspace::Impl {
   std::size_t path_size = 0;
   std::vector<RodShape> way_points;
   std::size_t way_point_count = 0;
+
+  // A step in parts (step_tolerance).
+  std::unique_ptr<RodModel> part_model;
+  RodState start_state;
+  RodShape coarser;             // the result of half as many parts
+  std::vector<RodShape> parts;  // the way points of all of them; the first `part_count` are valid
+  std::size_t part_count = 0;
 
   /// Sets everything that stays constant during a step, and the iterate to the step's start.
   void prepare(const RodModel& model, const std::array<GripperGoal, 2>& step_goals, const RodState& state);

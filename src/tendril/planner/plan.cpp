@@ -319,9 +319,10 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
       coarse.rod = coarseRod(scenario.rod, scenario.planner.explore_elements);
     coarse.simulation.time_step =
         std::max(scenario.planner.explore_time_step_s, scenario.simulation.time_step);
+    coarse.simulation.newton_iterations = scenario.planner.explore_newton_iterations;
+    coarse.simulation.step_tolerance = 0;
   }
   Explorer explorer(coarse, obstacles, goal_shape, method, request.planner, random, work);
-  if (method.coarse) explorer.model().newton.max_iterations = scenario.planner.explore_newton_iterations;
   Explorer exact(scenario, obstacles, goal_shape, method, request.planner, random, work);
 
   // Explore, replay what was found exactly, and where the replay departs, explore on from the states it

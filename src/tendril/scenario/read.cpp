@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <type_traits>
 
 #include "tendril/scenario.h"
@@ -166,8 +167,8 @@ void readGrippers(const Value& value, const RodProperties& rod, GripperLimits& g
 }
 
 void readSimulation(const Value& value, SimulationSettings& simulation) {
-  value.allowKeys(
-      {"inertia", "scheme", "time_step_s", "drag_1_s", "stiffness_damping_s", "contact_distance_m"});
+  value.allowKeys({"inertia", "scheme", "time_step_s", "drag_1_s", "stiffness_damping_s", "damping",
+                   "contact_distance_m", "newton_iterations", "newton_tolerance", "step_tolerance_m"});
   if (const Value* inertia = value.find("inertia")) simulation.inertia = inertia->boolean();
   if (const Value* scheme = value.find("scheme"))
     simulation.scheme = static_cast<Scheme>(scheme->choice({"implicit_euler", "second_order"}));
@@ -176,6 +177,21 @@ void readSimulation(const Value& value, SimulationSettings& simulation) {
     simulation.drag = drag->number(isNotNegative, "drag must be >= 0.");
   if (const Value* damping = value.find("stiffness_damping_s"))
     simulation.stiffness_damping = damping->number(isNotNegative, "damping must be >= 0.");
+  if (const Value* damping = value.find("damping")) {
+    if (value.find("stiffness_damping_s"))
+      damping->fail("simulation.damping and simulation.stiffness_damping_s exclude each other; keep one.");
+    damping->allowKeys({"ratio", "frequency_hz"});
+    // A vibration with stiffness-proportional damping beta has the damping ratio beta omega / 2.
+    const double ratio = damping->at("ratio").number(isNotNegative, "a damping ratio must be >= 0.");
+    const double frequency = damping->at("frequency_hz").number(isPositive, "a frequency must be > 0.");
+    simulation.stiffness_damping = ratio / (std::numbers::pi * frequency);
+  }
+  if (const Value* iterations = value.find("newton_iterations"))
+    simulation.newton_iterations = static_cast<int>(iterations->integer(1, 1000));
+  if (const Value* tolerance = value.find("newton_tolerance"))
+    simulation.newton_tolerance = tolerance->number(1e-12, 0.1);
+  if (const Value* tolerance = value.find("step_tolerance_m"))
+    simulation.step_tolerance = tolerance->number(isNotNegative, "a tolerance must be >= 0.");
   if (const Value* distance = value.find("contact_distance_m"))
     simulation.contact_distance = distance->number(isPositive, "a distance must be > 0.");
 }

@@ -68,7 +68,10 @@ Json simulationJson(const SimulationSettings& simulation) {
           {"time_step_s", simulation.time_step},
           {"drag_1_s", simulation.drag},
           {"stiffness_damping_s", simulation.stiffness_damping},
-          {"contact_distance_m", simulation.contact_distance}};
+          {"contact_distance_m", simulation.contact_distance},
+          {"newton_iterations", simulation.newton_iterations},
+          {"newton_tolerance", simulation.newton_tolerance},
+          {"step_tolerance_m", simulation.step_tolerance}};
 }
 
 Json placementJson(const Placement& placement) {
