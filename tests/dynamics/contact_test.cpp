@@ -265,5 +265,26 @@ TEST(Contact, RodIsPulledThroughATubeOfElevenTenthsOfItsRadius) {
   EXPECT_GT(state.nodes.front().position.x(), 0.6);
 }
 
+TEST(Contact, ABarrierWiderThanAPassageDoesNotPlugIt) {
+  // A tube that leaves 5 % of the radius all round, a contact distance of half the radius; pulled by its tip.
+  for (const double friction : {0.0, 0.2}) {
+    Scenario s = scenes::rodScenario(5e7, 20);
+    s.simulation.contact_distance = 0.5 * s.rod.radius;
+    s.environment.friction = friction;
+    const Obstacles tube = scenes::obstaclesOf({scenes::tube(1.05 * s.rod.radius, 0, 0.5)});
+    const RodModel model(s, tube);
+    RodState state = RodState::atRest(scenes::straight({Quaternion::Identity(), {-1.02, 0, 0}}, 1, 20));
+    RodWorkspace workspace;
+    Control pull;
+    pull.held = {false, true}, pull.moving = End::last, pull.target.position = {0.9, 0, 0};
+    ControlRunner runner(model, pull, state);
+    for (int k = 0; k < 100; ++k) {
+      runner.advance(state, workspace);
+      ASSERT_GT(scenes::bruteForceDistance(state.nodes, tube), s.rod.radius);
+    }
+    EXPECT_NEAR(state.nodes.back().position.x(), 0.9, 0.01) << friction;
+  }
+}
+
 }  // namespace
 }  // namespace tendril

@@ -90,6 +90,57 @@ TEST(Simulation, SameControlsGiveTheSameBytesWhateverTheWorkspaceDidBefore) {
   EXPECT_EQ(maxNodeDistance(state.nodes, a.trajectory.shapes.back()), 0);
 }
 
+TEST(Simulation, AStepToToleranceErrsNoMoreThanTheTolerancesOfItsSteps) {
+  // A heavy cantilever falls for 0.4 s: from steps of 40 ms, against 0.1 ms.
+  const Obstacles o = nothing();
+  const auto fallen = [&](double time_step, double tolerance, Scheme scheme) {
+    Scenario s = rodScenario(1e8, 20);
+    s.environment.gravity = {0, 0, -9.81};
+    s.simulation.time_step = time_step;
+    s.simulation.step_tolerance = tolerance;
+    s.simulation.scheme = scheme;
+    s.simulation.newton_tolerance = 1e-5;
+    s.grippers.max_force = 1e6, s.grippers.max_torque = 1e6;
+    const RodModel model(s, o);
+    RodState state = RodState::atRest(straight({}, 1, 20));
+    RodWorkspace workspace;
+    Control clamp;
+    clamp.held = {true, false};
+    ControlRunner runner(model, clamp, state);
+    const auto steps = static_cast<int>(std::lround(0.4 / time_step));
+    for (int k = 0; k < steps; ++k) runner.advance(state, workspace);
+    return state.nodes;
+  };
+  const RodShape exact = fallen(1e-4, 0, Scheme::second_order);
+  for (const double tolerance : {3e-3, 3e-4}) {
+    const double error = maxNodeDistance(fallen(0.04, tolerance, Scheme::second_order), exact);
+    EXPECT_LT(error, 10 * tolerance);
+    EXPECT_LT(error, 0.5 * maxNodeDistance(fallen(0.04, 0, Scheme::second_order), exact));
+  }
+  EXPECT_LT(maxNodeDistance(fallen(0.04, 3e-3, Scheme::implicit_euler), exact), 10 * 3e-3);
+}
+
+TEST(Simulation, AStepInPartsIsRecordedWithoutGaps) {
+  Scenario s = pushScenario();
+  s.simulation.step_tolerance = 1e-4;
+  const Obstacles o = obstaclesOf({block({-0.3, -0.3, -0.5}, {0.3, 0.3, -0.015})});
+  const RodModel model(s, o);
+  Control push;
+  push.end_s = 0.6, push.held = {true, true}, push.moving = End::last;
+  push.target.position = {0.2, 0.3, -0.2};
+  const std::vector<Control> controls = {push};
+  const SimulationResult run =
+      simulate(model, straight({Quaternion::Identity(), {-0.5, 0, 0}}, 1, 20), controls);
+  EXPECT_EQ(run.steps, 30);
+  for (std::size_t k = 1; k < run.trajectory.shapes.size(); ++k) {
+    EXPECT_GT(run.trajectory.time_s[k], run.trajectory.time_s[k - 1]);
+    RodShape between = run.trajectory.shapes[k];
+    for (std::size_t i = 0; i < between.size(); ++i)
+      between[i].position = 0.5 * (between[i].position + run.trajectory.shapes[k - 1][i].position);
+    EXPECT_GT(bruteForceDistance(between, o), s.rod.radius);
+  }
+}
+
 TEST(Simulation, StepAllocatesNothingAfterTheFirstInContact) {
   const Scenario s = pushScenario();
   const Obstacles o = obstaclesOf({block({-0.3, -0.3, -0.5}, {0.3, 0.3, -0.015})});

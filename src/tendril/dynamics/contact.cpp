@@ -275,7 +275,7 @@ double Contacts::halfClearance() const {
   for (std::size_t i = 0; i < terms_.size(); ++i)
     for (std::size_t j = i + 1; j < terms_.size(); ++j) {
       const Term &a = terms_[i], &b = terms_[j];
-      if (a.node != b.node || a.normal.dot(b.normal) > -0.5) continue;
+      if (a.node != b.node || a.normal.dot(b.normal) > -0.1) continue;
       least = std::min(least, 0.5 * (a.distance + b.distance) - radius_);
     }
   return least;

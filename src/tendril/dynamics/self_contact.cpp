@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "tendril/geometry.h"
 
@@ -18,22 +19,33 @@ void SelfContacts::prepare(double radius, double element_length, const Barrier& 
 
 void SelfContacts::findCandidates(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion) {
   candidates_.clear();
-  const double reach = 2 * radius_ + barrier_.dhat;
-  const auto boxOf = [&](std::size_t k) {
-    Aabb box;
-    for (const std::size_t i : {k, k + 1}) box.include(positions[i]), box.include(positions[i] + motion[i]);
-    return box;
-  };
-  const int elements = static_cast<int>(positions.size()) - 1;
-  for (int i = 0; i + least_apart_ < elements; ++i) {
-    Aabb a = boxOf(static_cast<std::size_t>(i));
-    a.inflate(reach);
-    for (int j = i + least_apart_; j < elements; ++j) {
-      const Aabb b = boxOf(static_cast<std::size_t>(j));
-      if ((a.min.array() <= b.max.array()).all() && (a.max.array() >= b.min.array()).all())
+  const std::size_t elements = positions.size() - 1;
+  boxes_.resize(elements), order_.resize(elements);
+  for (std::size_t k = 0; k < elements; ++k) {
+    boxes_[k] = {};
+    for (const std::size_t i : {k, k + 1})
+      boxes_[k].include(positions[i]), boxes_[k].include(positions[i] + motion[i]);
+    boxes_[k].inflate(radius_ + 0.5 * barrier_.dhat * (1 + 1e-9));
+    order_[k] = static_cast<int>(k);
+  }
+  // Along the axis on which the rod is longest, a box meets only those that begin before it ends.
+  Aabb all;
+  for (const Aabb& box : boxes_) all.include(box.min), all.include(box.max);
+  Eigen::Index axis = 0;
+  (all.max - all.min).maxCoeff(&axis);
+  const auto box = [&](int k) -> const Aabb& { return boxes_[static_cast<std::size_t>(k)]; };
+  std::sort(order_.begin(), order_.end(),
+            [&](int a, int b) { return std::pair(box(a).min[axis], a) < std::pair(box(b).min[axis], b); });
+  for (std::size_t m = 0; m < elements; ++m)
+    for (std::size_t n = m + 1; n < elements && box(order_[n]).min[axis] <= box(order_[m]).max[axis]; ++n) {
+      const auto [i, j] = std::minmax(order_[m], order_[n]);
+      if (j - i < least_apart_) continue;
+      if ((box(i).min.array() <= box(j).max.array()).all() &&
+          (box(i).max.array() >= box(j).min.array()).all())
         candidates_.push_back({i, j});
     }
-  }
+  std::sort(candidates_.begin(), candidates_.end(),
+            [](const Pair& a, const Pair& b) { return std::pair(a.i, a.j) < std::pair(b.i, b.j); });
 }
 
 double SelfContacts::freeFraction(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion,

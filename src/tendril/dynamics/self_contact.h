@@ -7,6 +7,7 @@
 #include "tendril/dynamics/barrier.h"
 #include "tendril/dynamics/beam.h"
 #include "tendril/dynamics/block_tridiagonal.h"
+#include "tendril/geometry.h"
 
 namespace tendril::contact {
 
@@ -51,6 +52,8 @@ class SelfContacts {
   double radius_ = 0;
   int least_apart_ = 2;  // j - i of the nearest pair that counts
   Barrier barrier_;
+  std::vector<Aabb> boxes_;
+  std::vector<int> order_;
   std::vector<Pair> candidates_;
   std::vector<Term> terms_;
 };
