@@ -74,9 +74,11 @@ class Plan(Case):
         self.assertEqual(texts[0], texts[2])
 
     def test_another_seed_gives_another_plan(self):
-        self.plan(DOUBLE_FUNNEL, "--seed", 1, folder="a")
-        self.plan(DOUBLE_FUNNEL, "--seed", 2, folder="b")
-        self.assertNotEqual(self.solution("a")["trajectory"], self.solution("b")["trajectory"])
+        plans = set()  # two seeds may come by the same way: the first thing tried is the goal
+        for seed in range(1, 5):
+            self.plan(DOUBLE_FUNNEL, "--seed", seed, folder=str(seed))
+            plans.add(str(self.solution(str(seed))["trajectory"]))
+        self.assertGreater(len(plans), 2)
 
     def test_the_default_folder_is_named_after_the_scenario(self):
         self.tendril("plan", FREE_SPACE)
