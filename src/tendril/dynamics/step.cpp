@@ -11,6 +11,7 @@ namespace {
 constexpr double kLargestNodeMotion = 0.24;                  // of L, along one straight motion
 constexpr double kKeptGap = 0.1;                             // fraction of every gap a Newton step must leave
 constexpr double kLeastReach = 0.02;                         // of the contact distance, in narrow passages
+constexpr double kGuessKeptGap = 0.5;                        // the same of the first guess
 constexpr double kLeastStretch = 0.81, kMostStretch = 1.24;  // of an element, along every straight motion
 
 /// The smallest length, over t in [0, 1], of a vector that moves from e by t d.
@@ -81,17 +82,22 @@ RodModel::RodModel(const Scenario& scenario, const Obstacles& obstacles_in)
 
 namespace {
 
-/// The largest fraction, at most `fraction`, of w.motion that respects the limits on a straight motion and
-/// keeps a tenth of every gap. Leaves the candidates of the whole motion in w.contacts.
-double filter(const RodModel& model, double fraction, RodWorkspace::Impl& w) {
+/// A fraction, at most `fraction`, of w.motion that respects the limits on a straight motion.
+double withinLimits(const RodModel& model, double fraction, const RodWorkspace::Impl& w) {
   const double h = w.law.h;
   while (!motionKeepsLimits(w.positions, w.motion, fraction, h, model.rod.length) && fraction > 1e-9)
     fraction *= 0.5;
   for (int halvings = 0; halvings < 8 && !w.gripsKeepSpeed(model, fraction); ++halvings) fraction *= 0.5;
-  if (!w.has_contacts) return fraction;
+  return fraction;
+}
+
+/// The largest part, in [0, 1], of `fraction` of w.motion that keeps `keep` of every gap. Leaves the
+/// candidates of the whole motion in w.contacts.
+double freePart(double fraction, double keep, RodWorkspace::Impl& w) {
+  if (!w.has_contacts) return 1;
   for (std::size_t i = 0; i < w.motion.size(); ++i) w.limited_motion[i] = fraction * w.motion[i];
   w.contacts.findCandidates(w.positions, w.limited_motion);
-  return fraction * w.contacts.freeFraction(w.positions, w.limited_motion, kKeptGap);
+  return w.contacts.freeFraction(w.positions, w.limited_motion, keep);
 }
 
 }  // namespace
@@ -132,14 +138,17 @@ StepReport stepOnce(const RodModel& model, const std::array<GripperGoal, 2>& goa
   double energy = w.smoothEnergy(model, w.nodes, w.elements);
   if (w.has_contacts) energy += w.contacts.energy() + w.contacts.frictionEnergy(w.positions);
 
-  // First guess: the motion goes on as it was. It passes the same filter, and is kept only if it lowers the
-  // potential.
+  // First guess: the motion goes on as it was. It passes the same filter, and is kept only if no contact is
+  // in its way and it lowers the potential: cut back by contact it would bring little but smaller gaps, step
+  // after step, and Newton's iterations at most double them.
   for (std::size_t i = 0; i < n; ++i) {
     w.system.solution[i] << logSO3(w.nodes[i].pose.rotation.conjugate() * w.predicted_rotations[i]),
         w.nodes[i].rotation.transpose() * w.predicted_motion[i];
     w.motion[i] = w.predicted_motion[i];
   }
-  if (double guessed = 0; w.tryFraction(model, filter(model, 1, w), guessed) && guessed < energy) {
+  const double guess = withinLimits(model, 1, w);
+  if (double guessed = 0;
+      freePart(guess, kGuessKeptGap, w) == 1 && w.tryFraction(model, guess, guessed) && guessed < energy) {
     energy = guessed;
     w.acceptTrial(record_way_points);
   } else if (w.has_contacts && !w.contacts.evaluate(w.positions)) {
@@ -165,7 +174,8 @@ StepReport stepOnce(const RodModel& model, const std::array<GripperGoal, 2>& goa
     }
 
     // The filter and the line search (Armijo).
-    double fraction = filter(model, std::min(1.0, 1.0 / size), w);
+    double fraction = withinLimits(model, std::min(1.0, 1.0 / size), w);
+    fraction *= freePart(fraction, kKeptGap, w);
     const bool whole = fraction == 1;
     bool accepted = false;
     double trial_energy = 0;
