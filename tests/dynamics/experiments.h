@@ -50,8 +50,10 @@ inline int settle(const RodModel& model, const Goals& goals, RodShape& shape, in
   return steps;
 }
 
-/// A rod a little out of shape, between its ends, by smooth waves of `size` [m] in all directions.
-inline RodShape disturbed(RodShape shape, double size) {
+/// A rod a little out of shape, between its ends, by smooth waves of `size` [m] in all directions; the frames
+/// turn with the centreline.
+inline RodShape disturbed(const RodShape& rest, double size) {
+  RodShape shape = rest;
   Random random(1);
   const double last = static_cast<double>(shape.size() - 1);
   for (int wave = 1; wave <= 4; ++wave) {
@@ -59,6 +61,11 @@ inline RodShape disturbed(RodShape shape, double size) {
     for (std::size_t i = 1; i + 1 < shape.size(); ++i)
       shape[i].position += std::sin(wave * std::numbers::pi * static_cast<double>(i) / last) * d;
   }
+  for (std::size_t i = 1; i + 1 < shape.size(); ++i)
+    shape[i].rotation = (Quaternion::FromTwoVectors(rest[i + 1].position - rest[i - 1].position,
+                                                    shape[i + 1].position - shape[i - 1].position) *
+                         shape[i].rotation)
+                            .normalized();
   return shape;
 }
 
@@ -277,7 +284,7 @@ inline Vector3 forceIn(const RodProperties& rod, const RodShape& shape, std::siz
   Vector6 u = logSE3(a.inverse() * b) / h;
   const Pose middle = a * expSE3(0.5 * h * u);
   u[3] -= 1;
-  return middle.rotation * u.cwiseProduct(beam::elementStiffness(rod.c, h)).tail<3>();
+  return middle.rotation * u.cwiseProduct(beam::elementStiffness(rod.c, h, rod.c[3] * u[3])).tail<3>();
 }
 
 /// A cylinder of radius `radius` about the y axis.

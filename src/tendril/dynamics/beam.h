@@ -2,6 +2,7 @@
 /// and the first and second derivatives of its energy. Private to dynamics; README.md derives the formulas.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "tendril/base.h"
@@ -40,11 +41,13 @@ struct Element {
 };
 
 /// The stiffness of an element of length h [m] of a rod with stiffness c: to its shear force it gives way by
-/// the bending that the force makes within it, too (README.md, section 2).
-[[nodiscard]] inline Vector6 elementStiffness(const Vector6& c, double h) {
+/// the bending that the force makes within it, too; the less, the tauter it is (README.md, section 2).
+///   `axial_force` in N; only tension counts.
+[[nodiscard]] inline Vector6 elementStiffness(const Vector6& c, double h, double axial_force = 0) {
+  const double tension = 1.2 * h * h * std::max(0.0, axial_force);
   Vector6 k = c;
-  k[4] = 1 / (1 / c[4] + h * h / (12 * c[2]));
-  k[5] = 1 / (1 / c[5] + h * h / (12 * c[1]));
+  k[4] = 1 / (1 / c[4] + h * h / (12 * c[2] + tension));
+  k[5] = 1 / (1 / c[5] + h * h / (12 * c[1] + tension));
   return k;
 }
 
@@ -69,7 +72,7 @@ struct Element {
   // The series in h has no meaning for an element that turns by a radian, or that its force could buckle.
   const double coarseness = psi.head<3>().squaredNorm() + h * h * f.tail<3>().norm() / std::min(c[1], c[2]);
   if (coarseness >= 1) return Vector6::Zero();
-  const Vector6 rate = dualBracket(psi / h, f).cwiseQuotient(c), stiffness = elementStiffness(c, h);
+  const Vector6 rate = dualBracket(psi / h, f).cwiseQuotient(c), stiffness = elementStiffness(c, h, f[3]);
   return (1 - coarseness * coarseness) * (h / 12 * bracket(psi, rate) + f.cwiseQuotient(c) -
                                           (f + h * h / 12 * dualBracket(rate, f)).cwiseQuotient(stiffness));
 }

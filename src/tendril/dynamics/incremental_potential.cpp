@@ -83,7 +83,7 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
     Vector6 rest = Vector6::Zero();
     rest.head<3>() = rod.restCurvature(static_cast<int>(k));
     beam::Element& element = elements[k];
-    element = {h, beam::elementStiffness(rod.c, h), rest};
+    element = {h, beam::elementStiffness(rod.c, h, rod.c[3] * (psi[k][3] / h - 1)), rest};
     for (int pass = 0; pass < 2; ++pass)  // the wrench owes something to the shift itself
       element.reference = rest + beam::restStrainShift(rod.c, h, psi[k], element.wrench(psi[k]));
     element.c *= 1 + rate;
