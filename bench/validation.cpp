@@ -49,19 +49,6 @@ void addShape(Table& table, const std::string& what, const RodShape& shape) {
   }
 }
 
-/// Every k-th node.
-RodShape thinned(const RodShape& shape, int elements) {
-  const std::size_t every = (shape.size() - 1) / static_cast<std::size_t>(elements);
-  RodShape out;
-  for (std::size_t i = 0; i < shape.size(); i += every) out.push_back(shape[i]);
-  return out;
-}
-
-const Obstacles& nothing() {
-  static const Obstacles none = scenes::nothing();
-  return none;
-}
-
 // ---------------------------------------------------------------------------------------------- cantilever
 
 void cantilevers() {
@@ -90,42 +77,6 @@ void cantilevers() {
 }
 
 // ---------------------------------------------------------------------------------------------- swing
-
-/// A rod with L = 1 m, r = 0.01 m, E = 1e8, without any damping.
-Scenario undamped(Scheme scheme, double dt, int elements) {
-  Scenario s = scenes::rodScenario(1e8, elements);
-  s.simulation = {.inertia = true,
-                  .scheme = scheme,
-                  .time_step = dt,
-                  .drag = 0,
-                  .stiffness_damping = 0,
-                  .contact_distance = 0.001};
-  s.grippers.max_force = s.grippers.max_torque = 1e3 * s.rod.bendingStiffness();
-  return s;
-}
-
-/// Elastic, kinetic and potential energy [J].
-double energyOf(const Scenario& s, const RodState& state) {
-  const RodProperties& rod = s.rod;
-  const double h = rod.elementLength();
-
-  double sum = 0;
-  for (std::size_t i = 0; i < state.nodes.size(); ++i) {
-    const bool is_end = i == 0 || i + 1 == state.nodes.size();
-    const double mass = rod.density * pi * rod.radius * rod.radius * h * (is_end ? 0.5 : 1);
-    const Vector3 w = state.velocities[i].head<3>();
-    const Vector3 rotary = rod.radius * rod.radius / 4 * Vector3(2, 1, 1);
-    const Vector3 inside = (i == 0 ? h / 6 : is_end ? -h / 6 : 0) * Vector3::UnitX();
-    const Vector3 v = state.velocities[i].tail<3>() + state.nodes[i].rotation * w.cross(inside);
-    sum += mass / 2 * (v.squaredNorm() + rotary.dot(w.cwiseAbs2()));
-    sum -= mass * s.environment.gravity.dot(state.nodes[i] * inside);
-    if (i + 1 == state.nodes.size()) break;
-    Vector6 u = logSE3(state.nodes[i].inverse() * state.nodes[i + 1]) / h;
-    u[3] -= 1;
-    sum += h / 2 * beam::elementStiffness(rod.c, h, rod.c[3] * u[3]).dot(u.cwiseAbs2());
-  }
-  return sum;
-}
 
 const char* name(Scheme scheme) { return scheme == Scheme::second_order ? "second_order" : "implicit_euler"; }
 
@@ -248,31 +199,12 @@ void energies() {
 // ---------------------------------------------------------------------------------------------- two ends
 
 void twoEnds() {
-  Table errors(
-      "two_ends",
-      "young_modulus_Pa,elements,midpoint_error_mm,max_node_error_mm,statics_to_exact_mm,equilibria_found");
+  Table errors("two_ends",
+               "young_modulus_Pa,elements,midpoint_error_mm,max_node_error_mm,statics_to_exact_mm,stable,"
+               "found_by_fitEnds");
   Table shapes("two_ends_shapes", "shape,node,x,y,z", true);
   for (const double young : {1e6, 1e8}) {
-    const auto atRest = [&](int elements) {
-      Scenario s = scenes::rodScenario(young, elements);
-      s.environment.gravity = {0, 0, -9.81};
-      s.grippers.max_force = s.grippers.max_torque = 1e3 * s.rod.bendingStiffness();
-      RodModel model(s, nothing());
-      RodState state = RodState::atRest(scenes::straight({}, 1, elements));
-      RodWorkspace workspace;
-      constexpr int kSteps = 150;  // three seconds
-      Goals goals;
-      for (int k = 1; k <= kSteps; ++k) {
-        const double part = static_cast<double>(k) / kSteps;
-        goals = held(Pose{}, Pose{expSO3({pi * part, 0, 0}), {1 - 0.5 * part, 0, 0}});
-        step(model, goals, state, workspace);
-      }
-      model.simulation.inertia = false, model.simulation.time_step = 0.5, model.simulation.drag = 0.02;
-      model.simulation.stiffness_damping = 0, model.newton.tolerance = 1e-9;
-      settle(model, goals, state.nodes, 5000);
-      return state.nodes;
-    };
-    const RodShape fine = atRest(80);
+    const RodShape fine = broughtTogether(young, 80);
     const Scenario s = scenes::rodScenario(young, 80);
     const Vector3 gravity(0, 0, -9.81);
     const reference::Rod rod = reference::rodOf(s.rod, gravity);
@@ -283,14 +215,18 @@ void twoEnds() {
     }
     const RodShape wanted = reference::nodesOf(rod, exact, 80);
     const std::vector<Equilibrium> found = fitEnds(s.rod, {fine.front(), fine.back()}, gravity);
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const Equilibrium& e : found) nearest = std::min(nearest, maxNodeDistance(e.nodes, wanted));
+    EquilibriumIntegrator integrator(s.rod, gravity);
+    Equilibrium chart;
+    Vector6 a;
+    a << exact.front().m, exact.front().n;
+    (void)integrator.solve(fine.front(), a, chart);
     for (const int elements : {10, 20, 40, 80}) {
-      const RodShape shape = atRest(elements), same = thinned(wanted, elements);
+      const RodShape shape = broughtTogether(young, elements), same = thinned(wanted, elements);
       const auto middle = static_cast<std::size_t>(elements / 2);
-      errors.add("{:g},{},{:.5f},{:.5f},{:.2e},{}", young, elements,
+      errors.add("{:g},{},{:.5f},{:.5f},{:.2e},{},{}", young, elements,
                  1e3 * (shape[middle].position - same[middle].position).norm(),
-                 1e3 * maxNodeDistance(shape, same), 1e3 * nearest, found.size());
+                 1e3 * maxNodeDistance(shape, same), 1e3 * maxNodeDistance(chart.nodes, wanted),
+                 chart.stability == Stability::stable ? 1 : 0, found.size());
     }
     addShape(shapes, fmt::format("simulated {:g}", young), thinned(fine, 20));
     addShape(shapes, fmt::format("exact {:g}", young), wanted);
@@ -337,40 +273,10 @@ void buckling() {
 
 // ---------------------------------------------------------------------------------------------- curls
 
-/// Weights up to `most` at which the planar hanging curl is marginal, from its natural arc on.
-std::vector<double> marginalWeights(double curvature, double torsion, double most) {
-  std::vector<double> out;
-  double tip = curvature;
-  const auto determinantAt = [&](double weight) {
-    const reference::PlanarHook hook{curvature, weight, torsion};
-    for (int k = 0; k < 50; ++k) {
-      const double miss = hook.integrate(tip).angle, slope = (hook.integrate(tip + 1e-6).angle - miss) / 1e-6;
-      const double by = std::clamp(-miss / slope, -0.2, 0.2);
-      tip += by;
-      if (std::abs(by) < 1e-9) break;
-    }
-    return hook.integrate(tip).determinant;
-  };
-  double last = determinantAt(0);
-  for (double weight = 0; weight < most;) {
-    const double next = weight + std::max(0.1, 0.01 * weight), now = determinantAt(next);
-    if (now * last < 0) {
-      double low = weight, high = next;
-      for (int k = 0; k < 20; ++k) {
-        const double middle = 0.5 * (low + high);
-        (determinantAt(middle) * last < 0 ? high : low) = middle;
-      }
-      out.push_back(0.5 * (low + high));
-    }
-    last = now, weight = next;
-  }
-  return out;
-}
-
 void curls() {
   Table table("curl", "curvature,elements,boundary,low,high,theory,middle_off_percent");
   for (const double curvature : {6.0, 2 * pi, 7.0}) {
-    const std::vector<double> theory = marginalWeights(curvature, 1 / 1.4, 80);
+    const std::vector<double> theory = reference::marginalWeights(curvature, 1 / 1.4, 80);
     if (theory.size() != 2) {
       fmt::print("  curvature {}: {} marginal weights\n", curvature, theory.size());
       continue;
@@ -475,41 +381,22 @@ void plectonemes() {
   for (const auto& [turns, self_contact, elements] :
        {std::tuple(3.0, true, 60), std::tuple(3.0, true, 100), std::tuple(5.0, true, 100),
         std::tuple(3.0, false, 100)}) {
-    Scenario s = scenes::rodScenario(5e7, elements);
-    s.rod.self_contact = self_contact;
-    s.simulation.contact_distance = 0.1 * s.rod.radius;
-    s.grippers.max_force = s.grippers.max_torque = 1e3 * s.rod.bendingStiffness();
-    s.grippers.max_turn = 20;
-    RodModel model(s, nothing());
-    RodState state = RodState::atRest(scenes::straight({}, 1, elements));
-    RodWorkspace workspace;
-    RodProperties told = s.rod;
+    const RodProperties rod = scenes::rodScenario(5e7, elements).rod;
     double least = std::numeric_limits<double>::infinity(), now = 0;
-    StepReport report;
-    constexpr int kSteps = 400, kRest = 100;
-    const double dt = s.simulation.time_step;
-    for (int k = 1; k <= kSteps + kRest; ++k) {
-      const double part = std::min(1.0, static_cast<double>(k) / kSteps);
-      // The twist first (in the first half), the ends brought together in the second.
-      const double twist = 2 * pi * turns * std::min(1.0, 2 * part),
-                   nearer = 0.6 * std::max(0.0, 2 * part - 1);
-      report =
-          step(model, held(Pose{}, Pose{expSO3({twist, 0, 0}), {1 - nearer, 0, 0}}), state, workspace, true);
-      for (const RodShape& way : workspace.wayPoints()) {
-        now = selfDistance(way, told) / (2 * s.rod.radius);
-        least = std::min(least, now);
-      }
-      if (k % 10 == 0)
-        table.add("{},{},{},{:.2f},{:.3f},{:.4f}", turns, self_contact ? 1 : 0, elements, k * dt, 1 - nearer,
-                  now);
-      if (k == kSteps * 3 / 4 && turns == 3 && elements == 100 && self_contact)
-        addShape(shapes, "on the way", state.nodes);
-    }
+    RodShape last;
+    const StepReport report =
+        twistAndSlacken(turns, self_contact, elements, [&](double time, const RodShape& shape) {
+          now = selfDistance(shape, rod) / (2 * rod.radius);
+          least = std::min(least, now);
+          table.add("{},{},{},{:.2f},{:.3f},{:.4f}", turns, self_contact ? 1 : 0, elements, time,
+                    (shape.back().position - shape.front().position).norm(), now);
+          last = shape;
+        });
     fmt::print("  {},{},{},{:.4f},{:.4f},{}\n", turns, self_contact, elements, least, now, report.contacts);
     addShape(shapes,
              fmt::format("{:g} turns{}{}", turns, elements == 60 ? " coarse" : "",
                          self_contact ? "" : " through itself"),
-             state.nodes);
+             last);
   }
 }
 

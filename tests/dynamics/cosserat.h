@@ -3,9 +3,8 @@
 /// rod.
 #pragma once
 
-#include <array>
+#include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -260,7 +259,7 @@ struct PlanarHook {
     };
     State y = State::Zero();
     y[0] = tip_angle, y[2] = 1, y[7] = 1;
-    constexpr int kSteps = 2000;
+    constexpr int kSteps = 400;
     constexpr double h = 1.0 / kSteps;
     for (int k = 0; k < kSteps; ++k) {
       const double s = k * h;
@@ -271,5 +270,35 @@ struct PlanarHook {
     return {y[0], y[2] * y[7] - y[3] * y[6]};
   }
 };
+
+/// Weights up to `most` at which the planar hanging curl is marginal, from its natural arc on.
+inline std::vector<double> marginalWeights(double curvature, double torsion, double most) {
+  std::vector<double> out;
+  double tip = curvature;
+  const auto determinantAt = [&](double weight) {
+    const PlanarHook hook{curvature, weight, torsion};
+    for (int k = 0; k < 50; ++k) {
+      const double miss = hook.integrate(tip).angle, slope = (hook.integrate(tip + 1e-6).angle - miss) / 1e-6;
+      const double by = std::clamp(-miss / slope, -0.2, 0.2);
+      tip += by;
+      if (std::abs(by) < 1e-9) break;
+    }
+    return hook.integrate(tip).determinant;
+  };
+  double last = determinantAt(0);
+  for (double weight = 0; weight < most;) {
+    const double next = weight + std::max(0.25, 0.02 * weight), now = determinantAt(next);
+    if (now * last < 0) {
+      double low = weight, high = next;
+      for (int k = 0; k < 20; ++k) {
+        const double middle = 0.5 * (low + high);
+        (determinantAt(middle) * last < 0 ? high : low) = middle;
+      }
+      out.push_back(0.5 * (low + high));
+    }
+    last = now, weight = next;
+  }
+  return out;
+}
 
 }  // namespace tendril::reference
