@@ -7,7 +7,6 @@
 
 #include "dynamics/cosserat.h"
 #include "dynamics/scenes.h"
-#include "tendril/dynamics/beam.h"
 
 namespace tendril::experiments {
 
@@ -207,6 +206,16 @@ inline Scenario undamped(Scheme scheme, double dt, int elements) {
   return s;
 }
 
+/// An element's stiffness: to its shear force it gives way by its bending within, too, the less the tauter it
+/// is (src/tendril/dynamics/README.md, section 2).
+inline Vector6 elementStiffness(const RodProperties& rod, double stretch) {
+  const double h2 = rod.elementLength() * rod.elementLength(), tension = rod.c[3] * std::max(0.0, stretch);
+  Vector6 k = rod.c;
+  k[4] = 1 / (1 / rod.c[4] + h2 / (12 * rod.c[2] + 1.2 * h2 * tension));
+  k[5] = 1 / (1 / rod.c[5] + h2 / (12 * rod.c[1] + 1.2 * h2 * tension));
+  return k;
+}
+
 /// Elastic, kinetic and potential energy [J].
 inline double energyOf(const Scenario& s, const RodState& state) {
   const RodProperties& rod = s.rod;
@@ -225,7 +234,7 @@ inline double energyOf(const Scenario& s, const RodState& state) {
     if (i + 1 == state.nodes.size()) break;
     Vector6 u = logSE3(state.nodes[i].inverse() * state.nodes[i + 1]) / h;
     u[3] -= 1;
-    sum += h / 2 * beam::elementStiffness(rod.c, h, rod.c[3] * u[3]).dot(u.cwiseAbs2());
+    sum += h / 2 * elementStiffness(rod, u[3]).dot(u.cwiseAbs2());
   }
   return sum;
 }
@@ -373,7 +382,7 @@ inline Vector3 forceIn(const RodProperties& rod, const RodShape& shape, std::siz
   Vector6 u = logSE3(a.inverse() * b) / h;
   const Pose middle = a * expSE3(0.5 * h * u);
   u[3] -= 1;
-  return middle.rotation * u.cwiseProduct(beam::elementStiffness(rod.c, h, rod.c[3] * u[3])).tail<3>();
+  return middle.rotation * u.cwiseProduct(elementStiffness(rod, u[3])).tail<3>();
 }
 
 /// A cylinder of radius `radius` about the y axis.
