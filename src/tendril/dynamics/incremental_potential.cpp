@@ -11,6 +11,25 @@ constexpr double kClamp = 1000;  // how much stiffer than a moving gripper one t
 /// What a step of the second-order scheme leaves of the highest frequencies.
 constexpr double kSpectralRadius = 0.8;
 
+/// Keeps an element's length l away from where a motion may not take it: g EA/(2h) (l - a h)^2 beyond a h.
+struct LengthGuard {
+  static constexpr double kShortest = 0.88, kLongest = 1.15;  // of h: at ease between
+  static constexpr double kStiffness = 10;                    // g
+  double stiffness, shortest, longest;
+
+  LengthGuard(double h, double ea)
+      : stiffness(kStiffness * ea / h), shortest(kShortest * h), longest(kLongest * h) {}
+
+  [[nodiscard]] bool acts(const Vector3& e) const {
+    const double l2 = e.squaredNorm();
+    return l2 > longest * longest || l2 < shortest * shortest;
+  }
+  /// How far beyond, with its sign [m].
+  [[nodiscard]] double excess(double length) const {
+    return length > longest ? length - longest : length - shortest;
+  }
+};
+
 }  // namespace
 
 contact::Barrier barrierFor(const RodModel& model, double reach) {
@@ -156,7 +175,12 @@ void RodWorkspace::Impl::evaluateElements(const std::vector<Node>& at, ElementSt
 double RodWorkspace::Impl::smoothEnergy(const RodModel& model, const std::vector<Node>& at,
                                         const ElementState& state) const {
   double sum = 0;
-  for (std::size_t k = 0; k + 1 < at.size(); ++k) sum += state.energies[k];
+  const LengthGuard guard(law.h, law.c[3]);
+  for (std::size_t k = 0; k + 1 < at.size(); ++k) {
+    sum += state.energies[k];
+    const Vector3 e = at[k + 1].pose.position - at[k].pose.position;
+    if (guard.acts(e)) sum += 0.5 * guard.stiffness * std::pow(guard.excess(e.norm()), 2);
+  }
   for (std::size_t i = 0; i < at.size(); ++i) {
     const double m = masses[i];
     const Vector3 mass_at = at[i].pose.position + massOffset(i) * at[i].rotation.col(0);
@@ -185,6 +209,17 @@ void RodWorkspace::Impl::assemble(const RodModel& model, bool geometric) {
 }
 
 void RodWorkspace::Impl::addSmoothTerms(const RodModel& model) {
+  const LengthGuard guard(law.h, law.c[3]);
+  for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
+    const Vector3 e = nodes[k + 1].pose.position - nodes[k].pose.position;
+    if (!guard.acts(e)) continue;
+    const double length = e.norm(), push = guard.stiffness * guard.excess(length);
+    const Vector3 n0 = nodes[k].rotation.transpose() * e / length;
+    const Vector3 n1 = nodes[k + 1].rotation.transpose() * e / length;
+    system.rhs(k).tail<3>() += push * n0;
+    system.rhs(k + 1).tail<3>() -= push * n1;
+    addRankOne(system, k, guard.stiffness, -n0, n1);
+  }
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const Matrix3& r = nodes[i].rotation;
     const double m = masses[i], w = m * inertia_weight;
