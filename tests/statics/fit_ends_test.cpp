@@ -237,5 +237,22 @@ TEST(FitEnds, APlacementByPoseAndWrenchIsOneStableRodOrNone) {
   EXPECT_FALSE(equilibriaOf(rod, GripperPoses{{}, {Quaternion::Identity(), {0.9, 0.1, 0}}}).empty());
 }
 
+TEST(HeavyFitEnds, FindsARodBetweenEndsThatHoldNoWeightlessOneStably) {
+  // Coaxial ends hold a buckled round rod in a circle of marginal equilibria; its weight makes it hang. The
+  // dynamic rod of 320 elements, brought there and at rest, has its middle at z = -0.3205722 m.
+  RodProperties rod;
+  rod.c = stiffnessOfRoundRod(1e8, 1e8 / 2.8, rod.radius);
+  const GripperPoses ends{{}, {expSO3({0.999 * 3.14159, 0, 0}), {0.5, 0, 0}}};
+  EXPECT_TRUE(fitEnds(rod, ends).empty());
+  const std::vector<Equilibrium> found = fitEnds(rod, ends, {0, 0, -9.81});
+  ASSERT_FALSE(found.empty());
+  double nearest = 1;
+  for (const Equilibrium& e : found) {
+    EXPECT_LT((e.nodes.back().position - ends.last.position).norm(), 1e-9);
+    nearest = std::min(nearest, (e.nodes[20].position - Vector3(0.25, 0, -0.3205722)).norm());
+  }
+  EXPECT_LT(nearest, 2e-6);
+}
+
 }  // namespace
 }  // namespace tendril

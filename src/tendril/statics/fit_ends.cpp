@@ -10,6 +10,7 @@ namespace statics {
 namespace {
 
 constexpr std::size_t kStarts = 24;  // library rods tried for being nearest, and as many for being at ease
+constexpr int kHeavyEnds = 4000;     // ends of a heavy rod looked at, in either way to its weight
 constexpr std::size_t kNeighbours = 200;      // nearest rods among which those of least energy are taken
 constexpr std::size_t kAtOnce = 8;            // starts tried side by side where one equilibrium is wanted
 constexpr double kRotationWeight = 0.15;      // L per rad, in "nearest"
@@ -101,29 +102,30 @@ std::vector<Vector6> arrivals(Batch& batch, std::vector<Newton> walks, Wanted wa
   return arrived;
 }
 
-/// The same with one rod.
+/// The same with one rod. `left` counts down the ends looked at; at none it fails.
 bool solve(Integrator& integrator, const Vector3& weight, const Pose& target, double tolerance,
-           const Accuracy& accuracy, Vector6& a) {
+           const Accuracy& accuracy, Vector6& a, int& left) {
   Newton newton(a, target, tolerance);
   NaturalEnd end;
-  for (;;) {
+  while (left-- > 0) {
     if (integrator.end(newton.wrench(), weight, accuracy, end) == ChartStatus::inverted) end.stable = false;
     const Newton::State state = newton.take(end);
     if (state == Newton::State::running) continue;
     a = newton.wrench();
     return state == Newton::State::arrived;
   }
+  return false;
 }
 
 /// Gives a rod between fixed ends its weight, a share at a time, through stable rods.
-bool load(Integrator& integrator, const Vector3& weight, const Pose& target, Vector6& a) {
+bool load(Integrator& integrator, const Vector3& weight, const Pose& target, Vector6& a, int& left) {
   double at = 0, step = 0.25;
   while (at < 1) {
     const double next = std::min(1.0, at + step);
     Vector6 trial = a;
     // to first order either end takes half of the weight added
     trial.tail<3>() += 0.5 * (next - at) * weight;
-    if (solve(integrator, next * weight, target, kQuickTolerance, kQuick, trial)) {
+    if (solve(integrator, next * weight, target, kQuickTolerance, kQuick, trial, left)) {
       a = trial, at = next, step *= 2;
     } else {
       step = 0.5 * (next - at);
@@ -157,6 +159,18 @@ std::vector<Equilibrium> fitEnds(const RodProperties& rod, const GripperPoses& e
   std::vector<Vector6> nearly, found;  // of the light rod, to kQuickTolerance; of the rod
   std::vector<Equilibrium> out;
   EquilibriumIntegrator shapes(rod, gravity);
+  int left = kHeavyEnds;
+  const auto finish = [&](Vector6 a) {
+    if (!heavy.heavy()) left = kHeavyEnds;
+    if (!solve(integrator, weight, target, kTolerance, kFine, a, left)) return;
+    const std::size_t before = found.size();
+    addIfNew(found, a, kSameWrench);
+    if (found.size() == before) return;
+    Equilibrium e;
+    if (shapes.shape(ends.first, heavy.units.wrenchToSi(a), e) == ChartStatus::inverted) return;
+    e.stability = Stability::stable;  // as Newton's method found it
+    out.push_back(std::move(e));
+  };
   const std::vector<std::size_t> starts = startsFor(*library, target);
   const std::size_t at_once = wanted == Wanted::one ? kAtOnce : starts.size();
   for (std::size_t first = 0; first < starts.size() && (wanted == Wanted::all || out.empty());
@@ -167,19 +181,15 @@ std::vector<Equilibrium> fitEnds(const RodProperties& rod, const GripperPoses& e
     const std::size_t known = nearly.size();
     for (const Vector6& a : arrivals(batch, std::move(walks), wanted))
       addIfNew(nearly, a, 100 * kQuickTolerance);
-    for (std::size_t i = known; i < nearly.size(); ++i) {
-      Vector6 a = nearly[i];
-      if (heavy.heavy() && !load(integrator, weight, target, a)) continue;
-      if (!solve(integrator, weight, target, kTolerance, kFine, a)) continue;
-      const std::size_t before = found.size();
-      addIfNew(found, a, kSameWrench);
-      if (found.size() == before) continue;
-      Equilibrium e;
-      if (shapes.shape(ends.first, heavy.units.wrenchToSi(a), e) == ChartStatus::inverted) continue;
-      e.stability = Stability::stable;  // as Newton's method found it
-      out.push_back(std::move(e));
-    }
+    for (std::size_t i = known; i < nearly.size(); ++i)
+      if (Vector6 a = nearly[i]; !heavy.heavy() || load(integrator, weight, target, a, left)) finish(a);
   }
+  // Where a light rod is not stable a heavy one may be: the weight first, between the library rod's own ends.
+  left = kHeavyEnds;
+  if (heavy.heavy())
+    for (std::size_t i = 0; i < starts.size() && (wanted == Wanted::all || out.empty()); ++i)
+      if (Vector6 a = (*library)[starts[i]].a; load(integrator, weight, (*library)[starts[i]].end, a, left))
+        finish(a);
   std::stable_sort(out.begin(), out.end(), [](const Equilibrium& x, const Equilibrium& y) {
     return x.energy + x.weight_energy < y.energy + y.weight_energy;
   });
