@@ -59,7 +59,8 @@ class RodWorkspace {
   RodWorkspace(RodWorkspace&&) noexcept;
   /// The shapes the last step passed through, each reached from the one before (the first from the step's
   /// start) with every node on a straight line, certified free; the last is the step's result. One element if
-  /// the straight line from start to result is itself free.
+  /// the straight line from start to result is itself free; at least one for each part of a step to
+  /// tolerance.
   [[nodiscard]] std::span<const RodShape> wayPoints() const;
 
   struct Impl;

@@ -320,6 +320,19 @@ TEST(Quantities, RodBentToACircleHasTheBendRadiusLOverTwoPi) {
   }
 }
 
+TEST(Quantities, RodPulledPastWhatGuardsItsLengthHoldsItsGrippersInBalance) {
+  // Beyond a stretch of 0.15 a spring of 10 EA/h guards every element: at 0.2 it adds 0.5 EA to 0.2 EA.
+  const Scenario s = settlingScenario(5e7, 20);
+  const Obstacles o = nothing();
+  const double ea = s.rod.c[3];
+  const Pose base{expSO3({0.3, -0.4, 0.5}), {0.1, 0.2, 0.3}};
+  Motion motion(s, o, straight(base, 1.2, 20));
+  const Quantities q = motion.settle(holding(true, true));
+  for (const Vector3& n : q.internal_force) EXPECT_LT((n - Vector3(0.7 * ea, 0, 0)).norm(), 1e-5 * ea);
+  EXPECT_LT((q.gripper_force[1] - base.rotation * Vector3(0.7 * ea, 0, 0)).norm(), 1e-5 * ea);
+  EXPECT_NEAR(q.stretch, (0.5 * 0.2 * 0.2 + 0.5 * 10 * 0.05 * 0.05) * ea, 1e-5 * ea);
+}
+
 TEST(Quantities, StraightRodHasNoBendRadius) {
   const Obstacles o = nothing();
   Motion motion(rodScenario(5e7, 8), o, straight({}, 1, 8));

@@ -233,7 +233,8 @@ bool Contacts::evaluate(const std::vector<Vector3>& positions) {
       continue;
     }
 
-    const bool inside_s = near.s > 0 && near.s<1, inside_t = near.t> 0 && near.t < 1;
+    const bool inside_s = near.s > 0 && near.s < 1;
+    const bool inside_t = near.t > 0 && near.t < 1;
     const MeshPart part = inside_t ? MeshPart::edge : MeshPart::vertex;
     const int index = inside_t ? edge : (near.t <= 0 ? e.a : e.b);
     if (!inside_s) {

@@ -58,7 +58,7 @@ class Contacts {
 
   /// Everything that can come within the radius + dhat while node i moves from positions[i] by motion[i].
   void findCandidates(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion);
-  /// The largest fraction of the motion for which every candidate keeps a tenth of its gap.
+  /// The largest fraction of the motion during which every candidate keeps `keep` of its gap.
   [[nodiscard]] double freeFraction(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion,
                                     double keep) const;
   /// Collects the active terms at these positions. False (and no terms) if something penetrates.
@@ -67,7 +67,8 @@ class Contacts {
   /// Half of the smallest clearance left to a place on the rod between two active contacts that press on it
   /// from opposite sides [m]; infinite if there is none.
   [[nodiscard]] double halfClearance() const;
-  /// Changes the barrier. It must not reach farther than the one the candidates were found for.
+  /// Changes the barrier against the obstacles. It must not reach farther than the one the candidates were
+  /// found for.
   void setBarrier(const Barrier& barrier) { barrier_ = barrier; }
   void addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const;
 

@@ -11,25 +11,6 @@ constexpr double kClamp = 1000;  // how much stiffer than a moving gripper one t
 /// What a step of the second-order scheme leaves of the highest frequencies.
 constexpr double kSpectralRadius = 0.8;
 
-/// Keeps an element's length l away from where a motion may not take it: g EA/(2h) (l - a h)^2 beyond a h.
-struct LengthGuard {
-  static constexpr double kShortest = 0.88, kLongest = 1.15;  // of h: at ease between
-  static constexpr double kStiffness = 10;                    // g
-  double stiffness, shortest, longest;
-
-  LengthGuard(double h, double ea)
-      : stiffness(kStiffness * ea / h), shortest(kShortest * h), longest(kLongest * h) {}
-
-  [[nodiscard]] bool acts(const Vector3& e) const {
-    const double l2 = e.squaredNorm();
-    return l2 > longest * longest || l2 < shortest * shortest;
-  }
-  /// How far beyond, with its sign [m].
-  [[nodiscard]] double excess(double length) const {
-    return length > longest ? length - longest : length - shortest;
-  }
-};
-
 }  // namespace
 
 contact::Barrier barrierFor(const RodModel& model, double reach) {
@@ -58,8 +39,7 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
 
   // Implicit Euler, or the second-order scheme once there is a history.
   const bool inertia = model.simulation.inertia;
-  const bool second =
-      model.simulation.scheme == Scheme::second_order && inertia && !state.accelerations.empty();
+  const bool second = isSecondOrder(model.simulation) && !state.accelerations.empty();
   scheme = second ? Newmark::secondOrder(kSpectralRadius, dt) : Newmark::implicitEuler(dt);
   const double drag = model.simulation.drag;
   inertia_weight = inertia ? scheme.weight(drag) : std::max(drag, 1e-9) / dt;
@@ -141,7 +121,7 @@ void RodWorkspace::Impl::prepare(const RodModel& model, const std::array<Gripper
 }
 
 void RodWorkspace::Impl::updateState(const RodModel& model, RodState& state) const {
-  const bool keep_history = model.simulation.scheme == Scheme::second_order && model.simulation.inertia;
+  const bool keep_history = isSecondOrder(model.simulation);
   if (!keep_history) state.accelerations.clear(), state.previous_nodes.clear();
   const bool second = !state.accelerations.empty();
   if (keep_history)

@@ -12,8 +12,9 @@
 namespace tendril {
 namespace {
 
-/// Strains, elastic wrench and elastic energy of the elements. A Rayleigh damper's share of the wrench is
-/// left out: it has no energy, and an element at rest does not feel it.
+/// Strains, elastic wrench and elastic energy of the elements; what guards their length counts as tension and
+/// stretch. A Rayleigh damper's share of the wrench is left out: it has no energy, and an element at rest
+/// does not feel it.
 void measureElements(const RodModel& model, RodWorkspace::Impl& w, Quantities& q) {
   const std::size_t n = w.nodes.size() - 1;
   const double h = w.law.h;
@@ -28,6 +29,7 @@ void measureElements(const RodModel& model, RodWorkspace::Impl& w, Quantities& q
   dynamics::kernel().wrenches(count, law, w.elements.psi.rows(), law_rows.rows(), elastic.wrench.rows(),
                               elastic.energies.data());
   q.curvature.resize(n), q.strain.resize(n), q.internal_moment.resize(n), q.internal_force.resize(n);
+  const LengthGuard guard(h, law.c[3]);
   double sharpest = 0;
   for (std::size_t k = 0; k < n; ++k) {
     const Vector6 f = elastic.wrench.column(k), u = strain(f, model.rod.c);
@@ -38,6 +40,14 @@ void measureElements(const RodModel& model, RodWorkspace::Impl& w, Quantities& q
     const Vector6 energy = 0.5 * h * f.cwiseProduct(u);
     q.twist += energy[0], q.stretch += energy[3], q.shear += energy[4] + energy[5];
     q.bending += std::max(0.0, elastic.energies[k] - energy[0] - energy[3] - energy[4] - energy[5]);
+
+    const Vector3 e = w.positions[k + 1] - w.positions[k];
+    if (guard.acts(e)) {
+      const double length = e.norm(), excess = guard.excess(length);
+      const Quaternion middle = w.nodes[k].pose.rotation * expSO3(0.5 * h * q.curvature[k]);
+      q.internal_force[k] += guard.stiffness * excess / length * (middle.conjugate() * e);
+      q.stretch += 0.5 * guard.stiffness * excess * excess;
+    }
 
     // The element's centreline, p' = R v and R' = R kappa^, has the curvature |kappa x v|/|v|^2.
     const Vector3 v = xi.tail<3>();
@@ -127,7 +137,7 @@ void QuantitiesRecorder::record(double time, std::int64_t stored, const RodState
   q.time = time, q.state = stored;
   // Implicit Euler has the force of a step's end act during all of it; the second-order scheme goes with the
   // trapezoidal rule, but for its first step, before which the force is not known.
-  const bool euler = model_.simulation.scheme == Scheme::implicit_euler;
+  const bool euler = !isSecondOrder(model_.simulation);
   const Quantities& before = quantities_.empty() || euler ? q : quantities_.back();
   if (!quantities_.empty()) q.gripper_work = quantities_.back().gripper_work;
   for (const End end : kBothEnds) {

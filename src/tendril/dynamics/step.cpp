@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kLargestNodeMotion = 0.24;                  // of L, along one straight motion
 constexpr double kKeptGap = 0.1;                             // fraction of every gap a Newton step must leave
-constexpr double kLeastReach = 0.02;                         // of the contact distance, in narrow passages
 constexpr double kGuessKeptGap = 0.5;                        // the same of the first guess
+constexpr double kLeastReach = 0.02;                         // of the contact distance, in narrow passages
 constexpr double kLeastStretch = 0.81, kMostStretch = 1.24;  // of an element, along every straight motion
 
 /// The smallest length, over t in [0, 1], of a vector that moves from e by t d.
@@ -99,10 +99,6 @@ double freePart(double fraction, double keep, RodWorkspace::Impl& w) {
   w.contacts.findCandidates(w.positions, w.limited_motion);
   return w.contacts.freeFraction(w.positions, w.limited_motion, keep);
 }
-
-}  // namespace
-
-namespace {
 
 /// A step of the model's time step.
 StepReport stepOnce(const RodModel& model, const std::array<GripperGoal, 2>& goals, RodState& state,
@@ -236,13 +232,13 @@ StepReport stepInParts(int count, const RodModel& model, const std::array<Grippe
   return total;
 }
 
-/// Halves the parts until that changes the result by no more than the tolerance: what the parts' error is,
-/// by Richardson's estimate for a scheme of this order.
+/// Halves the parts, to 64 at most, until their error is no more than the tolerance by Richardson's estimate:
+/// what halving changes, over 2^order - 1.
 StepReport stepToTolerance(const RodModel& model, const std::array<GripperGoal, 2>& goals, RodState& state,
                            RodWorkspace& workspace, bool record_way_points) {
   constexpr int kMostParts = 64;
   RodWorkspace::Impl& w = workspace.impl();
-  const double order = model.simulation.scheme == Scheme::second_order ? 2 : 1;
+  const double order = isSecondOrder(model.simulation) ? 2 : 1;
   const double allowed = model.simulation.step_tolerance * (std::exp2(order) - 1);
   w.start_state = state;
   StepReport report = stepInParts(1, model, goals, state, workspace, false);

@@ -115,6 +115,30 @@ struct Newmark {
   }
 };
 
+/// Without inertia both schemes are implicit Euler.
+[[nodiscard]] inline bool isSecondOrder(const SimulationSettings& simulation) {
+  return simulation.scheme == Scheme::second_order && simulation.inertia;
+}
+
+/// Keeps an element's length l away from where a motion may not take it: g EA/(2h) (l - a h)^2 beyond a h.
+struct LengthGuard {
+  static constexpr double kShortest = 0.88, kLongest = 1.15;  // of h: at ease between
+  static constexpr double kStiffness = 10;                    // g
+  double stiffness, shortest, longest;
+
+  LengthGuard(double h, double ea)
+      : stiffness(kStiffness * ea / h), shortest(kShortest * h), longest(kLongest * h) {}
+
+  [[nodiscard]] bool acts(const Vector3& e) const {
+    const double l2 = e.squaredNorm();
+    return l2 > longest * longest || l2 < shortest * shortest;
+  }
+  /// How far beyond, with its sign [m].
+  [[nodiscard]] double excess(double length) const {
+    return length > longest ? length - longest : length - shortest;
+  }
+};
+
 /// The barrier that reaches so far [m]: a gap of half of that holds 0.3 times the largest force of a gripper.
 [[nodiscard]] contact::Barrier barrierFor(const RodModel& model, double reach);
 

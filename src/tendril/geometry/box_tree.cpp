@@ -188,12 +188,15 @@ void BoxTree::find(const Aabb& box, const Capsule& capsule, std::vector<int>& ou
     a[i] = all(from), along[i] = all(way);
     length2 += way * way;
   }
-  const Float4 inverse = all(length2 > 0 ? 1 / length2 : 0), zero = all(0), one = all(1);
-  // What single precision may lose of a distance: some roundings of coordinates, and some of the distance.
+  const Float4 inverse = all(length2 > std::numeric_limits<float>::min() ? 1 / length2 : 0), zero = all(0),
+               one = all(1);
+  // What single precision may lose of a distance: with X the largest coordinate, the roundings of a, b - a
+  // and the differences move points by less than 10 eps X, those of t the foot by less than 16 eps X; and
+  // some of the distance.
   const auto coordinate =
       static_cast<float>(std::max(capsule.a.cwiseAbs().maxCoeff(), capsule.b.cwiseAbs().maxCoeff()));
   const Float4 reach =
-      all(static_cast<float>(capsule.radius) + 16 * kRounding * std::max(largest_, coordinate));
+      all(static_cast<float>(capsule.radius) + 32 * kRounding * std::max(largest_, coordinate));
   visit(
       box,
       [&](const Node& node) {
