@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 namespace tendril::contact {
 namespace {
@@ -265,6 +266,14 @@ double Contacts::energy() const {
   double sum = self_contact_ ? self_.energy() : 0;
   for (const Term& term : terms_) sum += term.weight * barrier_(term.distance - radius_).energy;
   return sum;
+}
+
+double Contacts::leastGap() const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Term& term : terms_) least = std::min(least, term.distance - radius_);
+  if (self_contact_)
+    for (const SelfContacts::Term& term : self_.terms()) least = std::min(least, term.distance - 2 * radius_);
+  return least;
 }
 
 void Contacts::addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const {

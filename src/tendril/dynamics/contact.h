@@ -64,6 +64,8 @@ class Contacts {
   /// Collects the active terms at these positions. False (and no terms) if something penetrates.
   [[nodiscard]] bool evaluate(const std::vector<Vector3>& positions);
   [[nodiscard]] double energy() const;
+  /// The smallest gap of an active term [m]; infinity if there is none.
+  [[nodiscard]] double leastGap() const;
   void addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const;
 
   void lagFriction(const std::vector<Vector3>& positions, double coefficient, double slip_length);
