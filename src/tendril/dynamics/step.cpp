@@ -90,9 +90,9 @@ double withinLimits(const RodModel& model, double fraction, const RodWorkspace::
   return fraction;
 }
 
-/// The largest part, in [0, 1], of `fraction` of w.motion that keeps `keep` of every gap. Leaves the
+/// The largest part, in [0, 1], of `fraction` of w.motion that keeps a tenth of every gap. Leaves the
 /// candidates of the whole motion in w.contacts.
-double freePart(double fraction, double keep, RodWorkspace::Impl& w) {
+double freePart(double fraction, RodWorkspace::Impl& w) {
   if (!w.has_contacts) return 1;
   for (std::size_t i = 0; i < w.motion.size(); ++i) w.limited_motion[i] = fraction * w.motion[i];
   w.contacts.findCandidates(w.positions, w.limited_motion);
