@@ -1,8 +1,6 @@
 /// Rods pulled through tubes hardly wider than they are: do they pass, stick for a physical reason, or jam?
 #pragma once
 
-#include <fmt/format.h>
-
 #include "dynamics/scenes.h"
 
 namespace tendril::passages {
@@ -119,8 +117,8 @@ inline Passage pullThrough(const Pull& pull) {
   result.reached = (way.place(state.nodes.front().position) + 1) / (kFrom + kLong + 1);
   if (result.outcome == Outcome::passed) return result;
 
-  // It sticks if the rod as a whole is in balance and friction is what holds it. The model keeps every friction
-  // force within Coulomb's cone.
+  // It sticks if the rod as a whole is in balance and friction is what holds it. The model keeps every
+  // friction force within Coulomb's cone.
   const Quantities q = measure(model, state, workspace);
   Vector3 sum = q.gripper_force[1];
   for (const ContactForce& c : q.contacts)
@@ -129,8 +127,7 @@ inline Passage pullThrough(const Pull& pull) {
   const double unit = model.grippers.max_force;
   result.pull = q.gripper_force[1].norm() / unit, result.residual = sum.norm() / unit;
   result.friction /= unit, result.friction_limit /= unit;
-  if (result.residual < 0.05 && result.friction > 0.8 * result.pull)
-    result.outcome = Outcome::sticks;
+  if (result.residual < 0.05 && result.friction > 0.8 * result.pull) result.outcome = Outcome::sticks;
   return result;
 }
 
