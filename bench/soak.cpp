@@ -39,8 +39,8 @@ double seconds(Clock::time_point from) { return std::chrono::duration<double>(Cl
 struct Tally {
   std::int64_t episodes = 0, steps = 0, contact_steps = 0, motions = 0, crowded = 0;
   std::int64_t penetrations = 0, undecided = 0, not_finite = 0, other_claims = 0;
-  // Stalled steps: where the start's gap is within rounding; that moved; that did not, and then whether the
-  // force left over is below 1e-3 of the gripper's.
+  // Stalled steps: where the start's gap is within rounding; with an element that turns by half a turn; that
+  // moved; that did not, and then whether the force left over is below 1e-3 of the gripper's.
   std::int64_t at_rounding = 0, stalled_moving = 0, stalled_at_rest = 0, stalled = 0;
   std::int64_t half_turns = 0, held_up = 0, at_limits = 0, jams = 0;
   std::array<std::int64_t, 9> iterations{};                    // 0, 1, 2, 3, 4-5, 6-10, 11-30, 31-100, more
@@ -292,12 +292,12 @@ Tally runEpisode(const Episode& e, Random& random, std::uint64_t number, bool te
         const double force = forceLeft(model, workspace);
         if (report.iterations == 0)
           ++tally.at_rounding;
+        else if (atHalfTurn(state.nodes))
+          ++tally.half_turns;
         else if (moved > 1e-6 * length)
           ++tally.stalled_moving;
         else if (force < 1e-3)
           ++tally.stalled_at_rest;
-        else if (atHalfTurn(state.nodes))
-          ++tally.half_turns;
         else
           ++tally.stalled;
         if (++remarks < 30)

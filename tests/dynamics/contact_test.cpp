@@ -176,6 +176,43 @@ TEST(Contact, SelfContactGradientIsTheDerivativeOfTheEnergyCrossingAndNearlyPara
   }
 }
 
+TEST(Contact, StrandsThatTiltOnEachOtherAreAsStiffAsTheirEnergySays) {
+  contact::SelfContacts contacts;
+  contacts.prepare(0.01, 0.1, {0.005, 3.0});
+  const std::vector<Vector3> p = {{0, 0, 0},        {0.1, 0, 0},           {0.4, 0.3, -0.3},
+                                  {0.4, -0.3, 0.3}, {0.04, -0.05, 0.0202}, {0.06, 0.05, 0.0202}};
+  const std::vector<Vector3> still(p.size(), Vector3::Zero());
+  const auto energy_at = [&](const std::vector<Vector3>& at) {
+    contacts.findCandidates(at, still);
+    EXPECT_TRUE(contacts.evaluate(at));
+    return contacts.energy();
+  };
+  std::vector<beam::Node> nodes(p.size());
+  for (std::size_t i = 0; i < p.size(); ++i) nodes[i].pose.position = p[i], nodes[i].rotation.setIdentity();
+  BlockTridiagonal system;
+  system.resize(p.size());
+  system.setZero();
+  const double energy = energy_at(p);
+  contacts.addDerivatives(nodes, system);
+  ASSERT_EQ(contacts.terms().size(), 1U);
+  const contact::SelfContacts::Term term = contacts.terms()[0];
+  // Tilts about the contact, which leave the distance as it is to first order.
+  for (const auto& [element, s] : {std::pair{term.i, term.s}, {term.j, term.t}}) {
+    const auto i = static_cast<std::size_t>(element);
+    const Vector3 v0 = -s * term.normal, v1 = (1 - s) * term.normal;
+    const double step = 1e-5;
+    std::vector<Vector3> plus = p, minus = p;
+    plus[i] += step * v0, plus[i + 1] += step * v1, minus[i] -= step * v0, minus[i + 1] -= step * v1;
+    const double needed = (energy_at(plus) - 2 * energy + energy_at(minus)) / (step * step);
+    const double stiffness = v0.dot(system.diagonal(i).bottomRightCorner<3, 3>() * v0) +
+                             v1.dot(system.diagonal(i + 1).bottomRightCorner<3, 3>() * v1) +
+                             2 * v0.dot(system.upper(i).bottomRightCorner<3, 3>() * v1);
+    EXPECT_GT(needed, 0);
+    EXPECT_GE(stiffness, needed);
+    EXPECT_LE(stiffness, 4 * needed);
+  }
+}
+
 TEST(Contact, RodNeverPassesThroughItself) {
   // Both ends are pulled across each other into a knot-to-be and on; without self-contact the strands would
   // cross.

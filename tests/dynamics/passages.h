@@ -1,8 +1,6 @@
 /// Rods pulled through tubes hardly wider than they are: do they pass, stick for a physical reason, or jam?
 #pragma once
 
-#include <fmt/format.h>
-
 #include "dynamics/scenes.h"
 
 namespace tendril::passages {

@@ -1,10 +1,13 @@
 /// What contact with obstacles and of the rod with itself share: the barrier, and the fading of nearly
-/// parallel pairs.
+/// parallel pairs, the tilting of a segment.
 #pragma once
 
 #include <cmath>
+#include <vector>
 
 #include "tendril/base.h"
+#include "tendril/dynamics/beam.h"
+#include "tendril/dynamics/block_tridiagonal.h"
 
 namespace tendril::contact {
 
@@ -44,5 +47,22 @@ struct Mollifier {
   }
   [[nodiscard]] bool fades() const { return weight < 1; }
 };
+
+/// Adds `force` d'' of a distance d between the segment of the nodes i and i + 1, at s of it, and something
+/// that stays: b' d'' = |b'| (2 alpha beta + d alpha^2), tilting the segment about the contact, alpha = |e*|
+/// n . (v1 - v0), and sliding along it, beta = e*/|e*| . ((1-s) v0 + s v1). Only its positive eigenvalue is
+/// kept (README.md, section 6). `dual` is e* [1/m].
+inline void addTilt(BlockTridiagonal& system, const std::vector<beam::Node>& nodes, std::size_t i,
+                    double force, double distance, double s, const Vector3& normal, const Vector3& dual) {
+  const double length = dual.norm(), s0 = 1 - s, s1 = s;
+  const double a_norm = length * std::sqrt(2.0), b_norm = std::sqrt(s0 * s0 + s1 * s1);
+  const double m = distance * a_norm * a_norm, k = a_norm * b_norm;
+  const double eigenvalue = 0.5 * (m + std::sqrt(m * m + 4 * k * k));
+  const double norm = std::sqrt(eigenvalue * eigenvalue + k * k);
+  const double ca = eigenvalue / norm * std::sqrt(0.5), cb = k / norm / (b_norm * length);
+  const Vector3 v0 = -ca * normal + cb * s0 * dual, v1 = ca * normal + cb * s1 * dual;
+  addRankOne(system, i, force * eigenvalue, nodes[i].rotation.transpose() * v0,
+             nodes[i + 1].rotation.transpose() * v1);
+}
 
 }  // namespace tendril::contact

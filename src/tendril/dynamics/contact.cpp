@@ -282,6 +282,14 @@ double Contacts::halfClearance() const {
   return least;
 }
 
+double Contacts::leastGap() const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Term& term : terms_) least = std::min(least, term.distance - radius_);
+  if (self_contact_)
+    for (const SelfContacts::Term& term : self_.terms()) least = std::min(least, term.distance - 2 * radius_);
+  return least;
+}
+
 void Contacts::addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const {
   if (self_contact_) self_.addDerivatives(nodes, system);
   for (const Term& term : terms_) {
@@ -305,18 +313,7 @@ void Contacts::addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiag
       system.rhs(i + 1).tail<3>() -= nodes[i + 1].rotation.transpose() * gradient;
       continue;
     }
-    // b' d'' = |b'| (2 alpha beta + distance alpha^2): tilting the segment about the contact, alpha = |e*| n
-    // . (v1 - v0), and sliding along it, beta = e*/|e*| . ((1-s) v0 + s v1). Only its positive eigenvalue is
-    // kept (README.md).
-    const double dual = term.dual.norm();
-    const double a_norm = dual * std::sqrt(2.0), b_norm = std::sqrt(s0 * s0 + s1 * s1);
-    const double m = term.distance * a_norm * a_norm, k = a_norm * b_norm;
-    const double eigenvalue = 0.5 * (m + std::sqrt(m * m + 4 * k * k));
-    const double norm = std::sqrt(eigenvalue * eigenvalue + k * k);
-    const double ca = eigenvalue / norm * std::sqrt(0.5), cb = k / norm / (b_norm * dual);
-    const Vector3 e0 = nodes[i].rotation.transpose() * term.dual,
-                  e1 = nodes[i + 1].rotation.transpose() * term.dual;
-    addRankOne(system, i, -slope * eigenvalue, -ca * n0 + cb * s0 * e0, ca * n1 + cb * s1 * e1);
+    addTilt(system, nodes, i, -slope, term.distance, term.s, term.normal, term.dual);
   }
 }
 

@@ -70,6 +70,9 @@ class Contacts {
   /// Changes the barrier against the obstacles. It must not reach farther than the one the candidates were
   /// found for.
   void setBarrier(const Barrier& barrier) { barrier_ = barrier; }
+  [[nodiscard]] const Barrier& barrier() const { return barrier_; }
+  /// The smallest gap of an active term [m]; infinity if there is none.
+  [[nodiscard]] double leastGap() const;
   void addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const;
 
   void lagFriction(const std::vector<Vector3>& positions, double coefficient, double slip_length);

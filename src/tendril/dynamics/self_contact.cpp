@@ -103,7 +103,12 @@ double SelfContacts::energy() const {
 void SelfContacts::addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const {
   for (const Term& term : terms_) {
     const Barrier::Value b = barrier_(term.distance - 2 * radius_);
-    const auto side = [&](int element, double s, const Vector3& normal, const Vector3& weight_gradient) {
+    const auto direction = [&](int element) -> Vector3 {
+      const auto k = static_cast<std::size_t>(element);
+      return nodes[k + 1].pose.position - nodes[k].pose.position;
+    };
+    const auto side = [&](int element, double s, int other, double t, const Vector3& normal,
+                          const Vector3& weight_gradient) {
       const auto i = static_cast<std::size_t>(element);
       const Vector3 along = b.energy * weight_gradient, push = term.weight * b.slope * normal;
       const Vector3 n0 = (1 - s) * (nodes[i].rotation.transpose() * normal);
@@ -111,9 +116,13 @@ void SelfContacts::addDerivatives(const std::vector<beam::Node>& nodes, BlockTri
       system.rhs(i).tail<3>() -= nodes[i].rotation.transpose() * ((1 - s) * push - along);
       system.rhs(i + 1).tail<3>() -= nodes[i + 1].rotation.transpose() * (s * push + along);
       addRankOne(system, i, 2 * term.weight * b.curvature, n0, n1);
+      if (term.weight != 1 || s <= 0 || s >= 1) return;  // a fading pair, or a node: no tilting
+      const Vector3 u = direction(element), v = direction(other);
+      const Vector3 across = t > 0 && t < 1 ? Vector3(u - u.dot(v) / v.squaredNorm() * v) : u;
+      addTilt(system, nodes, i, -2 * b.slope, term.distance, s, normal, across / across.squaredNorm());
     };
-    side(term.i, term.s, term.normal, term.weight_by_u);
-    side(term.j, term.t, -term.normal, term.weight_by_v);
+    side(term.i, term.s, term.j, term.t, term.normal, term.weight_by_u);
+    side(term.j, term.t, term.i, term.s, -term.normal, term.weight_by_v);
   }
 }
 

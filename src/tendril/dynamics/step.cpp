@@ -8,10 +8,11 @@
 namespace tendril {
 namespace {
 
-constexpr double kLargestNodeMotion = 0.24;                  // of L, along one straight motion
-constexpr double kKeptGap = 0.1;                             // fraction of every gap a Newton step must leave
-constexpr double kGuessKeptGap = 0.5;                        // the same of the first guess
-constexpr double kLeastReach = 0.02;                         // of the contact distance, in narrow passages
+constexpr double kLargestNodeMotion = 0.24;  // of L, along one straight motion
+constexpr double kKeptGap = 0.1;             // fraction of every gap a Newton step must leave
+constexpr double kGuessLeastGap =
+    0.1;                              // of dhat: where the first guess leaves less, Newton starts without it
+constexpr double kLeastReach = 0.02;  // of the contact distance, in narrow passages
 constexpr double kLeastStretch = 0.81, kMostStretch = 1.24;  // of an element, along every straight motion
 
 /// The smallest length, over t in [0, 1], of a vector that moves from e by t d.
@@ -91,13 +92,13 @@ double withinLimits(const RodModel& model, double fraction, const RodWorkspace::
   return fraction;
 }
 
-/// The largest part, in [0, 1], of `fraction` of w.motion that keeps `keep` of every gap. Leaves the
+/// The largest part, in [0, 1], of `fraction` of w.motion that keeps a tenth of every gap. Leaves the
 /// candidates of the whole motion in w.contacts.
-double freePart(double fraction, double keep, RodWorkspace::Impl& w) {
+double freePart(double fraction, RodWorkspace::Impl& w) {
   if (!w.has_contacts) return 1;
   for (std::size_t i = 0; i < w.motion.size(); ++i) w.limited_motion[i] = fraction * w.motion[i];
   w.contacts.findCandidates(w.positions, w.limited_motion);
-  return w.contacts.freeFraction(w.positions, w.limited_motion, keep);
+  return w.contacts.freeFraction(w.positions, w.limited_motion, kKeptGap);
 }
 
 /// A step of the model's time step.
@@ -134,17 +135,19 @@ StepReport stepOnce(const RodModel& model, const std::array<GripperGoal, 2>& goa
   double energy = w.smoothEnergy(model, w.nodes, w.elements);
   if (w.has_contacts) energy += w.contacts.energy() + w.contacts.frictionEnergy(w.positions);
 
-  // First guess: the motion goes on as it was. It passes the same filter, and is kept only if no contact is
-  // in its way and it lowers the potential: cut back by contact it would bring little but smaller gaps, step
-  // after step, and Newton's iterations at most double them.
+  // First guess: the motion goes on as it was. It passes the same filter, and is kept only if it lowers the
+  // potential and leaves every gap room: an iteration at most doubles a small gap, and a guess that cuts it
+  // to a tenth step after step, with few iterations in between, ends within rounding of the surface.
   for (std::size_t i = 0; i < n; ++i) {
     w.system.solution[i] << logSO3(w.nodes[i].pose.rotation.conjugate() * w.predicted_rotations[i]),
         w.nodes[i].rotation.transpose() * w.predicted_motion[i];
     w.motion[i] = w.predicted_motion[i];
   }
-  const double guess = withinLimits(model, 1, w);
+  double guess = withinLimits(model, 1, w);
+  guess *= freePart(guess, w);
   if (double guessed = 0;
-      freePart(guess, kGuessKeptGap, w) == 1 && w.tryFraction(model, guess, guessed) && guessed < energy) {
+      w.tryFraction(model, guess, guessed) && guessed < energy &&
+      (!w.has_contacts || w.contacts.leastGap() >= kGuessLeastGap * w.contacts.barrier().dhat)) {
     energy = guessed;
     w.acceptTrial(record_way_points);
   } else if (w.has_contacts && !w.contacts.evaluate(w.positions)) {
@@ -171,7 +174,7 @@ StepReport stepOnce(const RodModel& model, const std::array<GripperGoal, 2>& goa
 
     // The filter and the line search (Armijo).
     double fraction = withinLimits(model, std::min(1.0, 1.0 / size), w);
-    fraction *= freePart(fraction, kKeptGap, w);
+    fraction *= freePart(fraction, w);
     const bool whole = fraction == 1;
     bool accepted = false;
     double trial_energy = 0;

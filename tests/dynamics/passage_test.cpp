@@ -1,0 +1,66 @@
+/// What a rod must not do: stand still where nothing holds it.
+#include <gtest/gtest.h>
+
+#include "dynamics/passages.h"
+#include "tendril/dynamics/workspace.h"
+
+namespace tendril {
+namespace {
+
+using namespace passages;
+
+TEST(Passage, RodPassesATubeOfTwelveTenthsOfItsRadiusOrSticksByFrictionButNeverJams) {
+  for (const double bend : {0.0, 0.5, 1.0})
+    for (const double friction : {0.0, 0.2, 0.5})
+      for (const double time_step : {0.02, 0.05})
+        for (const int elements : {12, 20}) {
+          const Passage p = pullThrough({bend, friction, 1, 1, time_step, elements, 0.1});
+          EXPECT_EQ(p.outcome, Outcome::passed) << bend << " rad, friction " << friction << ", " << time_step
+                                                << " s, N = " << elements << ": " << p.reached;
+          EXPECT_EQ(p.stalls, 0);
+        }
+}
+
+TEST(Passage, RodThatSticksIsInBalanceWithTheFrictionItsContactsCanBear) {
+  const Passage stuck = pullThrough({0.5, 0.5, 1, 1, 0.02, 12, 0.19});
+  EXPECT_EQ(stuck.outcome, Outcome::sticks);
+  EXPECT_LT(stuck.residual, 0.01);
+  EXPECT_GT(stuck.pull, 0.95);  // all the gripper has
+  EXPECT_LE(stuck.friction, stuck.friction_limit);
+  EXPECT_EQ(pullThrough({0.5, 0, 1, 1, 0.02, 12, 0.19}).outcome,
+            Outcome::passed);  // and without friction it goes
+}
+
+TEST(Passage, StrongFastGripperDoesNotFreezeTheRodAtTheLargestLengthOfItsElements) {
+  // 2000 EI/L^2 at 5 L/s on twelve elements: such a pull shears them to the length that no motion may exceed.
+  for (const double time_step : {0.02, 0.05})
+    EXPECT_EQ(pullThrough({1, 0, 10, 5, time_step, 12, 0.02}).outcome, Outcome::passed);
+}
+
+TEST(Passage, OneIterationAStepDoesNotWearTheGapsDownToRounding) {
+  // A rod thrown at a wall and dragged along it, every step cut short after one iteration.
+  Scenario s = scenes::rodScenario(5e6, 20);
+  s.simulation.contact_distance = 0.1 * s.rod.radius;
+  s.environment.friction = 0.3;
+  s.environment.gravity = {0, 0, -9.81};
+  const Obstacles o = scenes::obstaclesOf(
+      {scenes::block({-3, -3, -1}, {3, 3, 0}), scenes::block({0.1, -3, 0}, {0.3, 3, 0.2})});
+  RodModel model(s, o);
+  model.newton.max_iterations = 1;
+  RodState state = RodState::atRest(scenes::straight({Quaternion::Identity(), {-1, 0, 0.0115}}, 1, 20));
+  RodWorkspace workspace;
+  Control control;
+  control.held = {true, false}, control.moving = End::first;
+  control.target.position = {0.6, 0.3, -0.2};  // through wall and floor
+  ControlRunner runner(model, control, state);
+  double least = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 150; ++k) {
+    EXPECT_NE(runner.advance(state, workspace).status, StepReport::Status::stalled) << k;
+    least = std::min(least, workspace.impl().contacts.leastGap());
+  }
+  EXPECT_GT(least, 1e-3 * s.simulation.contact_distance);
+  EXPECT_LT(least, s.simulation.contact_distance);
+}
+
+}  // namespace
+}  // namespace tendril
