@@ -143,7 +143,7 @@ enum class Wanted { one, all };
 /// The distinct stable equilibria found between two end frames [m], by ascending energy (elastic and of the
 /// weight): Newton's method on a with J(1), continued along the geodesic to the wanted end from the nearest
 /// rods of a library of stable ones, through stable rods only; a heavy rod gains its weight little by little,
-/// between these ends and, after that, between those of the library's rods before it is led to these. Each is
+/// between these ends or, if none can, between those of the library's rods before it is led to these. Each is
 /// exact to 1e-9 L and rad. The library depends on stiffness and rest curvature; it is built once and kept in
 /// memory, and on disk in $TENDRIL_CACHE (default: tendril in $XDG_CACHE_HOME or ~/.cache; empty: not at
 /// all). Empty if none is found; that includes the circle of marginal rods that a rod with c2 = c3, c5 = c6

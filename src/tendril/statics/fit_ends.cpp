@@ -186,7 +186,7 @@ std::vector<Equilibrium> fitEnds(const RodProperties& rod, const GripperPoses& e
   }
   // Where a light rod is not stable a heavy one may be: the weight first, between the library rod's own ends.
   left = kHeavyEnds;
-  if (heavy.heavy())
+  if (heavy.heavy() && out.empty())
     for (std::size_t i = 0; i < starts.size() && (wanted == Wanted::all || out.empty()); ++i)
       if (Vector6 a = (*library)[starts[i]].a; load(integrator, weight, (*library)[starts[i]].end, a, left))
         finish(a);
