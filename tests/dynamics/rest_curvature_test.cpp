@@ -157,7 +157,7 @@ TEST(RestCurvature, ACantileverBentUpByWhatItsWeightBendsItDownHangsLevel) {
     const double moment = q * (x * x + h * h / 12) / 2, force = q * x;
     s.rod.rest_curvature.emplace_back(0, -moment / s.rod.c[1], 0);
     const double lowered = h * force * (1 / s.rod.c[5] + h * h / (12 * s.rod.c[1]));
-    level.push_back({{}, level.back().position + Vector3(h, 0, -lowered)});
+    level.push_back({Quaternion::Identity(), level.back().position + Vector3(h, 0, -lowered)});
   }
   ASSERT_GT(-s.rod.rest_curvature.front().y(), 1);  // not a small one
   const Obstacles obstacles = nothing();
