@@ -2,8 +2,10 @@
 """Writes the double funnel: two square plates joined by a funnel, a narrow tunnel and a funnel (198 vertices, 388 faces).
 
     scripts/make_double_funnel.py > scenarios/meshes/double-funnel.obj
+    scripts/make_double_funnel.py 1.1 > scenarios/meshes/critical-tunnel-1.10.obj
 
-All lengths are in metres for a rod of length 1 and radius 0.01. The axis is x; the surface is mirror-symmetric in x.
+The number is the tunnel's radius in radii of the rod, 3 unless given. All lengths are in metres for a rod of length 1
+and radius 0.01. The axis is x; the surface is mirror-symmetric in x.
 """
 import math
 import sys
@@ -11,31 +13,32 @@ import sys
 ROD_LENGTH, ROD_RADIUS = 1.0, 0.01
 SIDES = 19
 TUNNEL_HALF_LENGTH = ROD_LENGTH          # the tunnel is two rods long
-TUNNEL_RADIUS = 3 * ROD_RADIUS           # of the cylinder inscribed in the tunnel
+TUNNEL_RADII = 3                         # rod radii: of the cylinder inscribed in the tunnel
 MOUTH_RADIUS = 0.5 * ROD_LENGTH          # of the circle inscribed in the hole of each plate
 FUNNEL_LENGTH = 0.5 * ROD_LENGTH
 FUNNEL_RINGS = 4                         # from the plate to the tunnel, both ends included
 PLATE_HALF_WIDTH = 1.1 * ROD_LENGTH      # wider than the workspace: there is no way around
 
 
-def profile():
+def profile(tunnel_radii):
     """(x, inscribed radius) of the ten rings: the funnels are trumpets, radius growing with the square."""
+    tunnel_radius = tunnel_radii * ROD_RADIUS
     right = []
     for k in range(FUNNEL_RINGS):
         u = k / (FUNNEL_RINGS - 1)
-        right.append((TUNNEL_HALF_LENGTH + FUNNEL_LENGTH * u, TUNNEL_RADIUS + (MOUTH_RADIUS - TUNNEL_RADIUS) * u * u))
+        right.append((TUNNEL_HALF_LENGTH + FUNNEL_LENGTH * u, tunnel_radius + (MOUTH_RADIUS - tunnel_radius) * u * u))
     middle = TUNNEL_HALF_LENGTH / 3
     left = [(-x, radius) for x, radius in reversed(right)]
-    return left + [(-middle, TUNNEL_RADIUS), (middle, TUNNEL_RADIUS)] + right
+    return left + [(-middle, tunnel_radius), (middle, tunnel_radius)] + right
 
 
 def side_angle(k):
     return 2 * math.pi * k / SIDES
 
 
-def make_mesh():
+def make_mesh(tunnel_radii=TUNNEL_RADII):
     """Vertices [(x, y, z)] and faces [(i, j, k)], counter-clockwise seen from the free side (left, inside, right)."""
-    rings = profile()
+    rings = profile(tunnel_radii)
     vertices, faces = [], []
     for x, inscribed in rings:
         radius = inscribed / math.cos(math.pi / SIDES)
@@ -70,8 +73,8 @@ def plate_faces(first_of_ring, first_corner):
     return faces
 
 
-def obj_text():
-    vertices, faces = make_mesh()
+def obj_text(tunnel_radii=TUNNEL_RADII):
+    vertices, faces = make_mesh(tunnel_radii)
     lines = ["# The double funnel, made by scripts/make_double_funnel.py. Metres; the axis is x."]
     lines += ["v {:.9f} {:.9f} {:.9f}".format(*(c + 0.0 for c in v)) for v in vertices]
     lines += ["f {} {} {}".format(*(i + 1 for i in f)) for f in faces]
@@ -79,4 +82,4 @@ def obj_text():
 
 
 if __name__ == "__main__":
-    sys.stdout.write(obj_text())
+    sys.stdout.write(obj_text(*map(float, sys.argv[1:])))
