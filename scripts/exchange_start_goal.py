@@ -10,6 +10,8 @@ import pathlib
 import re
 import sys
 
+HEAD = "# Start and goal exchanged by scripts/exchange_start_goal.py.\n"
+
 
 def blocks(text):
     """The top-level blocks [key or None, text], in order; joined they are the text. What stands before the first key,
@@ -28,14 +30,8 @@ def blocks(text):
 
 def split_tolerance(goal):
     """The goal's block without its tolerance, and the tolerance's lines."""
-    kept, tolerance, inside = [], [], False
-    for line in goal.splitlines(keepends=True):
-        indent = len(line) - len(line.lstrip())
-        inside = line.lstrip().startswith("tolerance:") or (inside and indent > own_indent)
-        if line.lstrip().startswith("tolerance:"):
-            own_indent = indent
-        (tolerance if inside else kept).append(line)
-    return "".join(kept), "".join(tolerance)
+    found = re.search(r"^  tolerance:.*\n(?:   .*\n)*", goal, re.MULTILINE)
+    return (goal.replace(found[0], ""), found[0]) if found else (goal, "")
 
 
 def exchanged(text):
@@ -50,9 +46,7 @@ def exchanged(text):
     parts[at["start"]][1] = re.sub(r"^goal:", "start:", goal)
     parts[at["goal"]][1] = re.sub(r"^start:", "goal:", start) + tolerance
     parts[at["name"]][1] = re.sub(r"^(name:\s*[\w.-]+)", r"\1-reversed", parts[at["name"]][1])
-    if "summary" in at:
-        parts[at["summary"]][1] = re.sub(r"^(summary:\s*)", r"\1The way back of ", parts[at["summary"]][1])
-    return "".join(part for _, part in parts)
+    return HEAD + "".join(part for _, part in parts)
 
 
 def main(files):
