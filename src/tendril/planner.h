@@ -1,15 +1,49 @@
-/// tendril/planner.h: Algorithms 1 (EXTEND) and 2 (RRT) of the paper on OMPL's control planners.
+/// tendril/planner.h: Algorithms 1 (EXTEND) and 2 (RRT) of the paper on OMPL, and the planner `tendril`.
 #pragma once
 
 #include <atomic>
 #include <chrono>
 #include <functional>
+#include <memory>
 
 #include "tendril/dynamics.h"
 #include "tendril/solution.h"
 #include "tendril/statics.h"
 
 namespace tendril {
+
+/// One phase of an extension: one gripper moves to a pose, the other end is held where it is or let go.
+struct Phase {
+  End moving = End::first;
+  bool hold_other = false;
+  Pose target;
+};
+
+/// What the planner decides at once, an OMPL control: phases carried out one after the other.
+struct Extension {
+  std::vector<Phase> phases;
+};
+
+/// A way to grow the tree. Derive from it, and plan with it beside the built-in ones
+/// (PlanRequest::strategies); examples/own_strategy.cpp is one in a file.
+class ExtendStrategy {
+ public:
+  virtual ~ExtendStrategy() = default;
+
+  /// From one state of the tree on: called with the rod as it is (world frame, m), gives the next extension,
+  /// or nothing when done. Every state it leads to joins the tree.
+  using Steps = std::function<std::optional<Extension>(const RodShape& now)>;
+  /// Starts to grow from `from` toward `target`, a stable rod of as many nodes. All chance must come from
+  /// `random`, or plans are not reproducible. Must be safe to call from several threads.
+  [[nodiscard]] virtual Steps begin(const RodProperties& rod, const RodShape& from, const RodShape& target,
+                                    Random& random) const = 0;
+};
+
+/// A strategy and how often it is taken, in proportion to the shares of the others.
+struct StrategyShare {
+  double share = 1;
+  std::shared_ptr<const ExtendStrategy> strategy;
+};
 
 struct PlanProgress {
   double elapsed_s = 0;
@@ -26,6 +60,7 @@ struct PlanRequest {
   int threads = 1;
   const std::atomic<bool>* cancel = nullptr;             // set by Ctrl-C
   std::function<void(const PlanProgress&)> on_progress;  // may be empty; called a few times a second
+  std::vector<StrategyShare> strategies;  // besides the built-in ones, whose shares add up to 1; tendril only
 };
 
 /// Names --planner accepts.

@@ -5,15 +5,19 @@
 
 namespace tendril {
 
-/// Which ends are held in a phase (0 or 1) in which `moving` moves; none if the scenario's grasps forbid that
-/// motion.
-std::array<bool, 2> Extend::heldIn(int phase, End moving) const {
-  const Grasp alone = moving == End::first ? Grasp::first : Grasp::last;
+Extension algorithm1(End leading, const std::array<Pose, 2>& targets) {
+  const auto target = [&](End end) { return targets[static_cast<std::size_t>(end)]; };
+  return {{{.moving = leading, .hold_other = false, .target = target(leading)},
+           {.moving = other(leading), .hold_other = true, .target = target(other(leading))}}};
+}
+
+/// Which ends are held in a phase; none if the scenario's grasps forbid the motion.
+std::array<bool, 2> Extend::heldIn(const Phase& phase) const {
+  const Grasp alone = phase.moving == End::first ? Grasp::first : Grasp::last;
   const bool may_hold_both = model_.grippers.allows(Grasp::both),
              may_hold_alone = model_.grippers.allows(alone);
-  const bool wants_both = phase == 1 || settings_.other_end == OtherEnd::held;
-  if (may_hold_both && (wants_both || !may_hold_alone)) return {true, true};
-  if (may_hold_alone) return {moving == End::first, moving == End::last};
+  if (may_hold_both && (phase.hold_other || !may_hold_alone)) return {true, true};
+  if (may_hold_alone) return {phase.moving == End::first, phase.moving == End::last};
   return {false, false};
 }
 
@@ -23,7 +27,7 @@ bool Extend::arrived(const RodShape& shape, End end, const Pose& target) const {
          angleBetween(q.rotation, target.rotation) <= kReachAngle;
 }
 
-ExtendReport Extend::operator()(const ExtendControl& extend, RodState& state, RodWorkspace& workspace,
+ExtendReport Extend::operator()(const Extension& extension, RodState& state, RodWorkspace& workspace,
                                 const std::function<bool()>& stop, TrajectoryRecorder* recorder) const {
   ExtendReport report;
   const double dt = model_.simulation.time_step;
@@ -32,11 +36,11 @@ ExtendReport Extend::operator()(const ExtendControl& extend, RodState& state, Ro
   std::int64_t time_steps = recorder ? recorder->steps() : 0;
   RodState before;
   RodShape window_start;
-  for (int phase = 0; phase < 2; ++phase) {
-    const End moving = phase == 0 ? extend.leading : other(extend.leading);
-    const Pose& target = extend.targets[static_cast<std::size_t>(moving)];
+  for (const Phase& phase : extension.phases) {
+    const End moving = phase.moving;
+    const Pose& target = phase.target;
     Control control;
-    control.held = heldIn(phase, moving);
+    control.held = heldIn(phase);
     control.moving = moving;
     control.target = target;
     if (!control.isHeld(moving)) continue;

@@ -1,26 +1,19 @@
-/// Algorithm 1 of the paper: EXTEND moves first one gripper, then the other, toward a target. Private to
-/// planner.
+/// Algorithm 1 of the paper: EXTEND moves first one gripper, then the other, toward a target; and whatever
+/// other phases a strategy proposes. Private to planner.
 #pragma once
 
 #include <functional>
 
-#include "tendril/dynamics.h"
+#include "tendril/planner.h"
 
 namespace tendril {
 
-/// A control of the planner: where both grippers should go, and which goes first.
-struct ExtendControl {
-  End leading = End::first;     // the gripper that moves first
-  std::array<Pose, 2> targets;  // of the first and the last node
-};
-
-/// Whether the other end is held while the leading gripper moves. The paper leaves it open ("both or only one
-/// of its extremities"); `let_go` wherever the scenario's grasps allow it.
-enum class OtherEnd { let_go, held };
+/// Algorithm 1's two phases: the leading gripper moves to its target with the other end let go (the paper
+/// leaves that open: "both or only one of its extremities"), then the other one with the leading end held.
+[[nodiscard]] Extension algorithm1(End leading, const std::array<Pose, 2>& targets);
 
 /// The constant side of EXTEND.
 struct ExtendSettings {
-  OtherEnd other_end = OtherEnd::let_go;
   double reach = 0.01;       // epsilon, m: a gripper has arrived within this of its target (and kReachAngle)
   double phase_limit = 2.0;  // s of simulated time a phase may take
   double stall_speed =
@@ -36,19 +29,21 @@ struct ExtendReport {
   bool cancelled = false;
 };
 
-/// Carries EXTEND out from `state`. Both loops run while the distance is > epsilon (the paper prints <) and
-/// no longer than phase_limit; a phase that would carry a node out of the workspace ends with the last state
-/// inside. With a recorder the motion is written down, and a step that is TrajectoryRecorder::tooFast() ends
-/// the phase likewise. `stop` is asked before every step.
+/// Carries EXTEND out from `state`, phase by phase; the other end is held or let go as the phase wishes, or,
+/// where the scenario's grasps forbid it, the other way; a phase they forbid altogether is left out. The
+/// loops run while the distance is > epsilon (the paper prints <) and no longer than phase_limit; a phase
+/// that would carry a node out of the workspace ends with the last state inside. With a recorder the motion
+/// is written down, and a step that is TrajectoryRecorder::tooFast() ends the phase likewise. `stop` is asked
+/// before every step.
 class Extend {
  public:
   Extend(const RodModel& model, const ExtendSettings& settings) : model_(model), settings_(settings) {}
 
-  ExtendReport operator()(const ExtendControl& control, RodState& state, RodWorkspace& workspace,
+  ExtendReport operator()(const Extension& extension, RodState& state, RodWorkspace& workspace,
                           const std::function<bool()>& stop, TrajectoryRecorder* recorder = nullptr) const;
 
  private:
-  [[nodiscard]] std::array<bool, 2> heldIn(int phase, End moving) const;
+  [[nodiscard]] std::array<bool, 2> heldIn(const Phase& phase) const;
   [[nodiscard]] bool arrived(const RodShape& shape, End end, const Pose& target) const;
 
   const RodModel& model_;

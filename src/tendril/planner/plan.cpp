@@ -11,11 +11,16 @@
 #include <ompl/util/RandomNumbers.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <ctime>
+#include <deque>
+#include <future>
+#include <mutex>
 
 #include "tendril/planner.h"
-#include "tendril/planner/spaces.h"
+#include "tendril/planner/contact_rrt.h"
+#include "tendril/planner/strategies.h"
 
 namespace tendril {
 namespace {
@@ -27,55 +32,42 @@ using ompl_spaces::State;
 
 /// How a planner of that name goes about it.
 struct Method {
-  bool coarse = false;        // explore with a coarser rod, then replay exactly
+  bool tendril = false;       // explore with a coarser rod, then replay exactly; begin anew now and then
   bool random_order = false;  // which gripper leads is drawn, not fixed
-  bool penalise_failures = false;
-  bool stops_when_stalled = false;
-  double goal_bias = 0.05;
 };
 
-Method methodOf(const std::string& planner, const PlannerSettings& settings) {
-  if (planner == "tendril")
-    return {.coarse = true,
-            .random_order = true,
-            .penalise_failures = true,
-            .stops_when_stalled = true,
-            .goal_bias = settings.goal_bias};
-  if (planner == "paper") return {.goal_bias = settings.goal_bias};
-  return {.random_order = true, .goal_bias = settings.goal_bias};
+Method methodOf(const std::string& planner) {
+  return {.tendril = planner == "tendril", .random_order = planner != "paper"};
 }
 
-ob::PlannerPtr makePlanner(const std::string& name, const oc::SpaceInformationPtr& si, const Method& method) {
-  if (name == "tendril" || name == "paper" || name == "RRT") {
+/// OMPL's planner of that name.
+ob::PlannerPtr omplPlanner(const std::string& name, const oc::SpaceInformationPtr& si, double goal_bias) {
+  if (name == "paper" || name == "RRT") {
     auto rrt = std::make_shared<oc::RRT>(si);
-    rrt->setGoalBias(method.goal_bias);
-    // Exact whatever the distance: the penalised one is no metric, and the search is < 0.1 % of the time.
-    rrt->setNearestNeighbors<ompl::NearestNeighborsLinear>();
+    rrt->setGoalBias(goal_bias);
+    rrt->setNearestNeighbors<ompl::NearestNeighborsLinear>();  // < 0.1 % of the time
     return rrt;
   }
   if (name == "KPIECE1") {
     auto planner = std::make_shared<oc::KPIECE1>(si);
-    planner->setGoalBias(method.goal_bias);
+    planner->setGoalBias(goal_bias);
     return planner;
   }
   if (name == "EST") {
     auto planner = std::make_shared<oc::EST>(si);
-    planner->setGoalBias(method.goal_bias);
+    planner->setGoalBias(goal_bias);
     planner->setRange(0.5 * si->getStateSpace()->getMaximumExtent());
     return planner;
   }
   if (name == "SST") {
     auto planner = std::make_shared<oc::SST>(si);
-    planner->setGoalBias(method.goal_bias);
+    planner->setGoalBias(goal_bias);
     return planner;
   }
-  if (name == "PDST") {
-    auto planner = std::make_shared<oc::PDST>(si);
-    planner->setGoalBias(method.goal_bias);
-    return planner;
-  }
-  throw InputError(
-      fmt::format("unknown planner \"{}\"; use one of: {}.", name, fmt::join(plannerNames(), ", ")));
+  assert(name == "PDST");
+  auto planner = std::make_shared<oc::PDST>(si);
+  planner->setGoalBias(goal_bias);
+  return planner;
 }
 
 /// The rod to explore with: `elements`, but not so few that one turns by more than 1 rad at rest, nor more
@@ -86,16 +78,17 @@ RodProperties coarseRod(const RodProperties& rod, int elements) {
   return withElements(rod, std::min(std::max(elements, static_cast<int>(std::ceil(turn))), rod.elements));
 }
 
-/// A state reached by the exact simulation, with the EXTENDs that lead to it from the start.
+/// A state reached by the exact simulation, with the extensions that lead to it from the start.
 struct Root {
-  std::vector<ExtendControl> chain;
+  std::vector<Extension> chain;
   RodState state;
 };
 
-/// What exploring found: EXTENDs that continue a root's chain.
+/// What exploring found: extensions that continue a root's chain.
 struct Exploration {
   bool exact = false;
-  std::vector<ExtendControl> chain;
+  std::vector<Extension> chain;
+  double distance = std::numeric_limits<double>::infinity();  // (6) of the chain's end to the goal
   unsigned int states = 0;
 };
 
@@ -103,11 +96,11 @@ struct Exploration {
 class Explorer {
  public:
   Explorer(const Scenario& scenario, const Obstacles& obstacles, const RodShape& goal_shape,
-           const Method& method, const std::string& planner, Random& random, ompl_spaces::Work& work)
+           const PlanRequest& request, Random& random, ompl_spaces::Work& work)
       : model_(scenario, obstacles),
         obstacles_(obstacles),
-        method_(method),
-        planner_(planner),
+        request_(request),
+        method_(methodOf(request.planner)),
         random_(random),
         work_(work),
         sampler_(scenario.rod, samplingSpace(scenario, obstacles), random.bits()),
@@ -117,23 +110,24 @@ class Explorer {
   RodModel& model() { return model_; }
   [[nodiscard]] const GoalTest& goal() const { return goal_; }
   [[nodiscard]] ExtendSettings extendSettings() const {
-    return {
-        .other_end = OtherEnd::let_go,
-        .reach = settings_.reach_fraction * model_.rod.length,
-        .phase_limit = settings_.phase_limit_s,
-        .stall_speed = method_.stops_when_stalled ? settings_.stall_fraction * model_.grippers.max_speed : 0};
+    return {.reach = settings_.reach_fraction * model_.rod.length,
+            .phase_limit = settings_.phase_limit_s,
+            .stall_speed = method_.tendril ? settings_.stall_fraction * model_.grippers.max_speed : 0};
   }
 
-  Exploration explore(const std::vector<Root>& roots);
-  /// Leaves out, one by one, the EXTENDs without which the chain from `start` still reaches the goal at this
-  /// resolution.
-  [[nodiscard]] std::vector<ExtendControl> shortened(const RodShape& start, std::vector<ExtendControl> chain);
+  /// Explores from the roots with at most `extends` extensions (planner tendril).
+  Exploration explore(const std::vector<Root>& roots, int extends);
+  /// Leaves out, one by one, the extensions without which the chain from `start` still reaches the goal at
+  /// this resolution.
+  [[nodiscard]] std::vector<Extension> shortened(const RodShape& start, std::vector<Extension> chain);
 
  private:
+  [[nodiscard]] ob::PlannerPtr makePlanner(const oc::SpaceInformationPtr& si, int extends);
+
   RodModel model_;
   const Obstacles& obstacles_;
+  const PlanRequest& request_;
   Method method_;
-  std::string planner_;
   Random& random_;
   ompl_spaces::Work& work_;
   RodSampler sampler_;
@@ -141,22 +135,29 @@ class Explorer {
   PlannerSettings settings_;
 };
 
-Exploration Explorer::explore(const std::vector<Root>& roots) {
+ob::PlannerPtr Explorer::makePlanner(const oc::SpaceInformationPtr& si, int extends) {
+  if (!method_.tendril) return omplPlanner(request_.planner, si, settings_.goal_bias);
+  std::vector<StrategyShare> strategies = builtInStrategies();
+  strategies.insert(strategies.end(), request_.strategies.begin(), request_.strategies.end());
+  return std::make_shared<ContactRrt>(
+      si, model_, std::move(strategies),
+      ContactRrtSettings{.goal_bias = settings_.goal_bias, .extends = extends}, random_);
+}
+
+Exploration Explorer::explore(const std::vector<Root>& roots, int extends) {
   const auto nodes = static_cast<std::size_t>(model_.rod.elements) + 1;
-  auto states =
-      std::make_shared<ompl_spaces::StateSpace>(nodes, model_.workspace, sampler_, method_.penalise_failures);
+  auto states = std::make_shared<ompl_spaces::StateSpace>(nodes, model_.workspace, sampler_);
   auto controls = std::make_shared<ompl_spaces::ControlSpace>(
       states, sampler_, random_,
       ompl_spaces::Aim{
-          .random_order = method_.random_order, .goal_bias = method_.goal_bias, .goal = goal_.shape()});
+          .random_order = method_.random_order, .goal_bias = settings_.goal_bias, .goal = goal_.shape()});
   auto si = std::make_shared<oc::SpaceInformation>(states, controls);
   si->setStateValidityChecker([](const ob::State*) { return true; });  // EXTEND never leaves the free space
   si->setStatePropagator(std::make_shared<ompl_spaces::Propagator>(si, model_, extendSettings(), work_));
   si->setPropagationStepSize(1);
   si->setMinMaxControlDuration(1, 1);
-  const double too_near = method_.penalise_failures ? 0.01 * model_.rod.length : 0;
-  si->setDirectedControlSamplerAllocator([too_near](const oc::SpaceInformation* space) {
-    return std::make_shared<ompl_spaces::DirectedSampler>(space, too_near);
+  si->setDirectedControlSamplerAllocator([](const oc::SpaceInformation* space) {
+    return std::make_shared<ompl_spaces::DirectedSampler>(space);
   });
   si->setup();
 
@@ -184,7 +185,7 @@ Exploration Explorer::explore(const std::vector<Root>& roots) {
   objective->setCostThreshold(objective->infiniteCost());
   problem->setOptimizationObjective(objective);
 
-  const ob::PlannerPtr planner = makePlanner(planner_, si, method_);
+  const ob::PlannerPtr planner = makePlanner(si, extends);
   planner->setProblemDefinition(problem);
   planner->setup();
   const ob::PlannerStatus status = planner->solve(ob::PlannerTerminationCondition(work_.stop));
@@ -195,6 +196,7 @@ Exploration Explorer::explore(const std::vector<Root>& roots) {
   planner->getPlannerData(data);
   result.states = data.numVertices();
   if (!problem->hasSolution()) return result;
+  result.distance = result.exact ? 0 : problem->getSolutionDifference();
   auto* path = problem->getSolutionPath()->as<oc::PathControl>();
   for (unsigned int k = 0; k < problem->getStartStateCount(); ++k)
     if (si->equalStates(problem->getStartState(k), path->getState(0))) {
@@ -202,11 +204,11 @@ Exploration Explorer::explore(const std::vector<Root>& roots) {
       break;
     }
   for (const oc::Control* control : path->getControls())
-    result.chain.push_back(static_cast<const ControlValue*>(control)->extend);
+    result.chain.push_back(static_cast<const ControlValue*>(control)->extension);
   return result;
 }
 
-std::vector<ExtendControl> Explorer::shortened(const RodShape& start, std::vector<ExtendControl> chain) {
+std::vector<Extension> Explorer::shortened(const RodShape& start, std::vector<Extension> chain) {
   const Extend extend(model_, extendSettings());
   RodWorkspace workspace;
   RodState before = RodState::atRest(resample(start, model_.rod.elements));
@@ -230,18 +232,18 @@ std::vector<ExtendControl> Explorer::shortened(const RodShape& start, std::vecto
   return chain;
 }
 
-/// The exact simulation of a chain of EXTENDs, written down up to the goal if it gets there.
+/// The exact simulation of a chain of extensions, written down up to the goal if it gets there.
 struct Replay {
   bool reached = false;
   std::vector<Control> controls;
   Trajectory trajectory;
-  std::vector<Root> roots;  // the states after each EXTEND
+  std::vector<Root> roots;  // the states after each extension
   std::int64_t steps = 0;
-  double nearest = 0;  // distance (6) of the last state to the goal
+  double nearest = std::numeric_limits<double>::infinity();  // distance (6) of the last state to the goal
 };
 
 Replay replayExactly(const RodModel& model, const ExtendSettings& settings, const GoalTest& goal,
-                     const RodShape& start, const std::vector<ExtendControl>& chain,
+                     const RodShape& start, const std::vector<Extension>& chain,
                      const std::function<bool()>& stop) {
   Replay replay;
   const Extend extend(model, settings);
@@ -268,6 +270,205 @@ double cpuSeconds() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
+/// Why planning ended without a plan.
+enum class Reason { none, time, extends, cancelled };
+
+/// Says when to stop; asked by all threads.
+class Supervisor {
+ public:
+  explicit Supervisor(const PlanRequest& request) : request_(request) {}
+
+  [[nodiscard]] double elapsed() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - request_.started).count();
+  }
+  [[nodiscard]] bool interrupted() const { return request_.cancel && *request_.cancel; }
+  [[nodiscard]] Reason reason() const { return reason_; }
+  void giveUp(Reason reason) {
+    Reason none = Reason::none;
+    reason_.compare_exchange_strong(none, reason);
+  }
+  bool stop() {
+    if (reason_ != Reason::none) return true;
+    if (interrupted())
+      giveUp(Reason::cancelled);
+    else if (elapsed() > request_.time_limit_s)
+      giveUp(Reason::time);
+    return reason_ != Reason::none;
+  }
+
+ private:
+  const PlanRequest& request_;
+  std::atomic<Reason> reason_ = Reason::none;
+};
+
+/// What an attempt came to.
+struct Outcome {
+  bool solved = false;
+  Replay replay;                 // the plan, or the exact replay that came nearest
+  std::vector<Extension> chain;  // not solved: the explored chain that came nearest, `distance` from the goal
+  double distance = std::numeric_limits<double>::infinity();
+  std::int64_t states = 0;
+};
+
+/// The problem and what is needed to attempt it.
+struct Problem {
+  const Scenario& scenario;
+  Scenario coarse;
+  const Obstacles& obstacles;
+  const PlanRequest& request;
+  RodShape start, goal;
+};
+
+/// Explores, replays exactly what was found, and where the replay departs, explores on from the states it
+/// passed. `exactly`: explores with the rod's own resolution, whose replay is itself.
+Outcome attempt(const Problem& problem, bool exactly, int extends, std::uint64_t seed,
+                ompl_spaces::Work& work) {
+  constexpr int kExplorations = 3;
+  Random random(seed);
+  Explorer exact(problem.scenario, problem.obstacles, problem.goal, problem.request, random, work);
+  std::optional<Explorer> coarse;
+  if (!exactly)
+    coarse.emplace(problem.coarse, problem.obstacles, problem.goal, problem.request, random, work);
+  Explorer& explorer = exactly ? exact : *coarse;
+
+  Outcome outcome;
+  std::vector<Root> roots = {{{}, RodState::atRest(problem.start)}};
+  for (int k = 0; k < kExplorations && !outcome.solved && !work.stop(); ++k) {
+    Exploration found = explorer.explore(roots, extends);
+    outcome.states += found.states;
+    if (!found.exact) {
+      if (found.distance < outcome.distance)
+        outcome.distance = found.distance, outcome.chain = std::move(found.chain);
+      break;
+    }
+    const std::vector<Extension> chain =
+        exactly ? found.chain : explorer.shortened(problem.start, std::move(found.chain));
+    Replay replay =
+        replayExactly(exact.model(), exact.extendSettings(), exact.goal(), problem.start, chain, work.stop);
+    work.count(replay.steps, exact.model());
+    outcome.solved = replay.reached;
+    roots.insert(roots.end(), replay.roots.begin(), replay.roots.end());
+    if (outcome.solved || replay.nearest < outcome.replay.nearest) outcome.replay = std::move(replay);
+  }
+  return outcome;
+}
+
+constexpr int kFirstAttempt = 400;  // extensions
+
+/// Luby's sequence 1 1 2 1 1 2 4 1 1 2 ..., from k = 0 (Luby, Sinclair and Zuckerman 1993): restarts that are
+/// within a logarithm of the best there are, whatever the distribution.
+int luby(int k) {
+  int size = 1;
+  while (size < k + 1) size = 2 * size + 1;
+  while (size - 1 != k) {
+    size = (size - 1) / 2;
+    k %= size;
+  }
+  return (size + 1) / 2;
+}
+
+/// Attempts number 0, 1, 2, ..., as many at once as there are threads. The result is that of the first in
+/// this order that succeeds, so it does not depend on the threads.
+class Portfolio {
+ public:
+  Portfolio(const Problem& problem, Supervisor& supervisor) : problem_(problem), supervisor_(supervisor) {}
+
+  Outcome run();
+
+  std::int64_t extends = 0, steps = 0, states = 0;  // of the attempts up to the one that succeeded
+  double simulated_time = 0;
+
+ private:
+  struct Attempt {
+    ompl_spaces::Work work;
+    Outcome outcome;
+    bool done = false;
+  };
+  void work(bool reports);
+  void report(const ompl_spaces::Work& current);
+
+  const Problem& problem_;
+  Supervisor& supervisor_;
+  std::mutex mutex_;
+  std::deque<Attempt> attempts_;  // guarded by mutex_
+  std::atomic<int> first_solved_ = std::numeric_limits<int>::max();
+  std::int64_t granted_ = 0;  // extensions, guarded by mutex_
+  double last_report_ = 0;
+};
+
+Outcome Portfolio::run() {
+  std::vector<std::future<void>> others;
+  for (int k = 1; k < problem_.request.threads; ++k)
+    others.push_back(std::async(std::launch::async, [this] { work(false); }));
+  work(true);
+  for (std::future<void>& thread : others) thread.get();
+
+  Outcome best;
+  for (std::size_t k = 0; k < attempts_.size() && static_cast<int>(k) <= first_solved_; ++k) {
+    Attempt& attempt = attempts_[k];
+    extends += attempt.work.extends, steps += attempt.work.steps, states += attempt.outcome.states;
+    simulated_time += attempt.work.simulated_time;
+    if (attempt.outcome.solved) return std::move(attempt.outcome);
+    if (attempt.outcome.replay.nearest < best.replay.nearest) best.replay = std::move(attempt.outcome.replay);
+    if (attempt.outcome.distance < best.distance)
+      best.distance = attempt.outcome.distance, best.chain = std::move(attempt.outcome.chain);
+  }
+  return best;
+}
+
+/// Tells the caller how it is going, a few times a second.
+void Portfolio::report(const ompl_spaces::Work& current) {
+  const double now = supervisor_.elapsed();
+  if (!problem_.request.on_progress || now < last_report_ + 0.2) return;
+  last_report_ = now;
+  PlanProgress progress{now, current.extends, current.steps, meanNodeDistance(problem_.start, problem_.goal)};
+  const std::lock_guard lock(mutex_);
+  for (const Attempt& attempt : attempts_) {
+    if (!attempt.done) continue;
+    progress.states += attempt.outcome.states, progress.steps += attempt.work.steps;
+    progress.nearest_m =
+        std::min({progress.nearest_m, attempt.outcome.distance, attempt.outcome.replay.nearest});
+  }
+  problem_.request.on_progress(progress);
+}
+
+void Portfolio::work(bool reports) {
+  const bool tendril = methodOf(problem_.request.planner).tendril;
+  const std::int64_t limit = problem_.scenario.planner.extend_limit > 0
+                                 ? problem_.scenario.planner.extend_limit
+                                 : std::numeric_limits<std::int64_t>::max();
+  while (!supervisor_.stop()) {
+    int number = 0, most = 0;
+    Attempt* mine = nullptr;
+    {
+      const std::lock_guard lock(mutex_);
+      number = static_cast<int>(attempts_.size());
+      if (number > first_solved_ || (!tendril && number > 0)) return;
+      const std::int64_t left = limit - granted_;
+      if (left <= 0) return supervisor_.giveUp(Reason::extends);
+      most = static_cast<int>(std::min<std::int64_t>(
+          left, tendril ? std::int64_t{kFirstAttempt} * luby(number) : std::numeric_limits<int>::max()));
+      granted_ += most;
+      mine = &attempts_.emplace_back();
+    }
+    mine->work.stop = [this, mine, number, most, tendril, reports] {
+      if (reports) report(mine->work);
+      return supervisor_.stop() || first_solved_ < number || (!tendril && mine->work.extends >= most);
+    };
+    constexpr int kExactEvery = 4;  // a coarse rod may mislead
+    const bool exactly = !tendril || number % kExactEvery == kExactEvery - 1;
+    // Every attempt has its own randomness, the same whoever makes it.
+    Outcome outcome = attempt(
+        problem_, exactly, most,
+        Random(problem_.request.seed + 0x9E3779B97F4A7C15ULL * static_cast<std::uint64_t>(number)).bits(),
+        mine->work);
+    const std::lock_guard lock(mutex_);
+    mine->outcome = std::move(outcome);
+    mine->done = true;
+    if (mine->outcome.solved) first_solved_ = std::min<int>(first_solved_, number);
+    if (!tendril && !mine->outcome.solved && !supervisor_.stop()) supervisor_.giveUp(Reason::extends);
+  }
+}
 }  // namespace
 
 const std::vector<std::string>& plannerNames() {
@@ -281,103 +482,63 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
     throw InputError(
         fmt::format("unknown planner \"{}\"; use one of: {}.", request.planner, fmt::join(names, ", ")));
   const double cpu_before = cpuSeconds();
-  const auto elapsed = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - request.started).count();
-  };
-  const RodShape start = startShape(scenario, obstacles), goal_shape = goalShape(scenario, obstacles);
-  const Method method = methodOf(request.planner, scenario.planner);
+  Problem problem{.scenario = scenario,
+                  .coarse = scenario,
+                  .obstacles = obstacles,
+                  .request = request,
+                  .start = startShape(scenario, obstacles),
+                  .goal = goalShape(scenario, obstacles)};
+  Scenario& coarse = problem.coarse;
+  if (scenario.planner.explore_elements > 0)
+    coarse.rod = coarseRod(scenario.rod, scenario.planner.explore_elements);
+  coarse.simulation.time_step = std::max(scenario.planner.explore_time_step_s, scenario.simulation.time_step);
+  coarse.simulation.newton_iterations = scenario.planner.explore_newton_iterations;
+  coarse.simulation.step_tolerance = 0;
 
   ompl::msg::noOutputHandler();
   Random random(request.seed);
   ompl::RNG::setSeed(static_cast<std::uint_fast32_t>(random.bits() % 0xFFFFFFFEULL) + 1);
 
-  // Everything that takes long asks `stop`.
-  enum class Reason { none, time, extends, cancelled } reason = Reason::none;
-  ompl_spaces::Work work;
-  std::int64_t states = 0;
-  double nearest = meanNodeDistance(start, goal_shape), last_report = 0;
-  const auto interrupted = [&] { return request.cancel && *request.cancel; };
-  work.stop = [&] {
-    if (reason != Reason::none) return true;
-    const double now = elapsed();
-    if (interrupted())
-      reason = Reason::cancelled;
-    else if (now > request.time_limit_s)
-      reason = Reason::time;
-    else if (scenario.planner.extend_limit > 0 && work.extends >= scenario.planner.extend_limit)
-      reason = Reason::extends;
-    if (request.on_progress && now > last_report + 0.2) {
-      last_report = now;
-      request.on_progress({now, states + work.extends, work.steps, nearest});
-    }
-    return reason != Reason::none;
-  };
-
-  Scenario coarse = scenario;
-  if (method.coarse) {
-    if (scenario.planner.explore_elements > 0)
-      coarse.rod = coarseRod(scenario.rod, scenario.planner.explore_elements);
-    coarse.simulation.time_step =
-        std::max(scenario.planner.explore_time_step_s, scenario.simulation.time_step);
-    coarse.simulation.newton_iterations = scenario.planner.explore_newton_iterations;
-    coarse.simulation.step_tolerance = 0;
-  }
-  Explorer explorer(coarse, obstacles, goal_shape, method, request.planner, random, work);
-  Explorer exact(scenario, obstacles, goal_shape, method, request.planner, random, work);
-
-  // Explore, replay what was found exactly, and where the replay departs, explore on from the states it
-  // passed. A replay that keeps departing means the coarse rod misleads: then explore with the exact one,
-  // whose replay is itself.
-  constexpr int kCoarseAttempts = 4;
-  constexpr double kLastReplay = 0.5;  // s
-  std::vector<Root> roots = {{{}, RodState::atRest(start)}};
-  Replay best;
-  best.nearest = std::numeric_limits<double>::infinity();
-  bool solved = exact.goal()(start);
-  for (int attempt = 0; !solved && !work.stop(); ++attempt) {
-    const bool coarsely = method.coarse && attempt < kCoarseAttempts;
-    const Exploration found = (coarsely ? explorer : exact).explore(roots);
-    states += found.states;
-    // An approximate motion is replayed even when time is up or the user has had enough, for it is what the
-    // caller gets; but not for longer than kLastReplay.
-    const double deadline = elapsed() + kLastReplay;
+  Supervisor supervisor(request);
+  Portfolio portfolio(problem, supervisor);
+  Outcome outcome = portfolio.run();
+  if (!outcome.solved &&
+      (outcome.distance < outcome.replay.nearest || outcome.replay.trajectory.shapes.empty())) {
+    // The motion that came nearest is what the caller gets, so it is replayed even when time is up or the
+    // user has had enough; but not for longer than kLastReplay.
+    constexpr double kLastReplay = 0.5;  // s
+    const double deadline = supervisor.elapsed() + kLastReplay;
+    const bool hurry = supervisor.reason() != Reason::extends;
     const std::function<bool()> stop = [&] {
-      if (reason == Reason::none) return work.stop();
-      return reason == Reason::extends ? interrupted() : elapsed() > deadline;
+      return hurry ? supervisor.elapsed() > deadline : supervisor.interrupted();
     };
-    const std::vector<ExtendControl> chain =
-        coarsely && found.exact ? explorer.shortened(start, found.chain) : found.chain;
-    Replay replay = replayExactly(exact.model(), exact.extendSettings(), exact.goal(), start, chain, stop);
-    work.count(replay.steps, exact.model());
-    solved = replay.reached;
-    nearest = std::min(nearest, replay.nearest);
-    for (Root& root : replay.roots)
-      if (root.chain.size() > 0) roots.push_back(root);
-    if (solved || replay.nearest < best.nearest) best = std::move(replay);
-    if (!coarsely && found.states == 0) break;
+    ompl_spaces::Work work;
+    Explorer exact(scenario, obstacles, problem.goal, request, random, work);
+    Replay replay = replayExactly(exact.model(), exact.extendSettings(), exact.goal(), problem.start,
+                                  outcome.chain, stop);
+    outcome.solved = replay.reached;
+    if (replay.reached || replay.nearest < outcome.replay.nearest) outcome.replay = std::move(replay);
   }
-  if (best.trajectory.shapes.empty())
-    best = replayExactly(exact.model(), exact.extendSettings(), exact.goal(), start, {}, interrupted);
 
   Solution solution;
-  solution.status = solved                        ? PlanStatus::solved
-                    : reason == Reason::cancelled ? PlanStatus::cancelled
-                    : reason == Reason::extends   ? PlanStatus::iteration_limit
-                                                  : PlanStatus::time_limit;
+  solution.status = outcome.solved                             ? PlanStatus::solved
+                    : supervisor.reason() == Reason::cancelled ? PlanStatus::cancelled
+                    : supervisor.reason() == Reason::extends   ? PlanStatus::iteration_limit
+                                                               : PlanStatus::time_limit;
   solution.scenario = scenario;
-  solution.controls = std::move(best.controls);
-  solution.trajectory = std::move(best.trajectory);
+  solution.controls = std::move(outcome.replay.controls);
+  solution.trajectory = std::move(outcome.replay.trajectory);
   solution.run.seed = request.seed;
   solution.run.threads = request.threads;
   solution.run.planner["name"] = request.planner;
   PlannerSettings settings = scenario.planner;
   visitPlannerSettings(settings,
                        [&](const char* key, auto& value, auto&&...) { solution.run.planner[key] = value; });
-  solution.run.iterations = work.extends;
-  solution.run.states = states;
-  solution.run.steps = work.steps;
-  solution.run.simulated_time = work.simulated_time;
-  solution.run.wall_time = elapsed();
+  solution.run.iterations = portfolio.extends;
+  solution.run.states = portfolio.states;
+  solution.run.steps = portfolio.steps;
+  solution.run.simulated_time = portfolio.simulated_time;
+  solution.run.wall_time = supervisor.elapsed();
   solution.run.cpu_time = cpuSeconds() - cpu_before;
   return solution;
 }

@@ -49,8 +49,8 @@ class RandomControl : public oc::ControlSampler {
       if (!sample) return;
       shape_ = sample->nodes;
     }
-    static_cast<ControlValue*>(control)->extend = {control_space_->leadingEnd(),
-                                                   {shape_.front(), shape_.back()}};
+    static_cast<ControlValue*>(control)->extension =
+        algorithm1(control_space_->leadingEnd(), {shape_.front(), shape_.back()});
   }
 
  private:
@@ -65,8 +65,8 @@ bool samePose(const Pose& a, const Pose& b) {
 
 }  // namespace
 
-StateSpace::StateSpace(std::size_t nodes, const Box& workspace, RodSampler& sampler, bool penalise_failures)
-    : nodes_(nodes), workspace_(workspace), sampler_(sampler), penalise_failures_(penalise_failures) {
+StateSpace::StateSpace(std::size_t nodes, const Box& workspace, RodSampler& sampler)
+    : nodes_(nodes), workspace_(workspace), sampler_(sampler) {
   setName("Rod");
 }
 
@@ -82,13 +82,10 @@ bool StateSpace::satisfiesBounds(const ob::State* state) const {
 
 void StateSpace::copyState(ob::State* destination, const ob::State* source) const {
   rodOf(destination).rod = rodOf(source).rod;
-  rodOf(destination).failed_extends = rodOf(source).failed_extends;
 }
 
 double StateSpace::distance(const ob::State* a, const ob::State* b) const {
-  const State &p = rodOf(a), &q = rodOf(b);
-  const double d = meanNodeDistance(p.rod.nodes, q.rod.nodes);
-  return penalise_failures_ ? d * (1 + p.failed_extends + q.failed_extends) : d;
+  return meanNodeDistance(rodOf(a).rod.nodes, rodOf(b).rod.nodes);
 }
 
 bool StateSpace::equalStates(const ob::State* a, const ob::State* b) const {
@@ -128,16 +125,17 @@ unsigned int ControlSpace::getDimension() const { return 13; }
 oc::Control* ControlSpace::allocControl() const { return new ControlValue; }
 void ControlSpace::freeControl(oc::Control* control) const { delete static_cast<ControlValue*>(control); }
 void ControlSpace::copyControl(oc::Control* destination, const oc::Control* source) const {
-  static_cast<ControlValue*>(destination)->extend = static_cast<const ControlValue*>(source)->extend;
+  static_cast<ControlValue*>(destination)->extension = static_cast<const ControlValue*>(source)->extension;
 }
 bool ControlSpace::equalControls(const oc::Control* a, const oc::Control* b) const {
-  const auto &x = static_cast<const ControlValue*>(a)->extend,
-             &y = static_cast<const ControlValue*>(b)->extend;
-  return x.leading == y.leading && samePose(x.targets[0], y.targets[0]) &&
-         samePose(x.targets[1], y.targets[1]);
+  const auto &x = static_cast<const ControlValue*>(a)->extension.phases,
+             &y = static_cast<const ControlValue*>(b)->extension.phases;
+  return std::equal(x.begin(), x.end(), y.begin(), y.end(), [](const Phase& p, const Phase& q) {
+    return p.moving == q.moving && p.hold_other == q.hold_other && samePose(p.target, q.target);
+  });
 }
 void ControlSpace::nullControl(oc::Control* control) const {
-  static_cast<ControlValue*>(control)->extend = {};
+  static_cast<ControlValue*>(control)->extension = {};
 }
 oc::ControlSamplerPtr ControlSpace::allocDefaultControlSampler() const {
   return std::make_shared<RandomControl>(this, sampler_);
@@ -159,25 +157,20 @@ void Propagator::propagate(const ob::State* state, const oc::Control* control, d
                            ob::State* result) const {
   State& out = rodOf(result);
   if (state != result) out.rod = rodOf(state).rod;
-  out.failed_extends = 0;
   const ExtendReport report =
-      extend_(static_cast<const ControlValue*>(control)->extend, out.rod, workspace_, work_.stop);
+      extend_(static_cast<const ControlValue*>(control)->extension, out.rod, workspace_, work_.stop);
   ++work_.extends;
   work_.count(report.steps, model_);
 }
 
 unsigned int DirectedSampler::sampleTo(oc::Control* control, const ob::State* source,
                                        ob::State* destination) {
-  State& target = rodOf(destination);
-  const State& from = rodOf(source);
+  const RodShape& target = rodOf(destination).rod.nodes;
   const auto* space = static_cast<const ControlSpace*>(si_->getControlSpace().get());
-  static_cast<ControlValue*>(control)->extend = {space->leadingEnd(),
-                                                 {target.rod.nodes.front(), target.rod.nodes.back()}};
-  const RodShape aim = target.rod.nodes;
-  const double before = meanNodeDistance(from.rod.nodes, aim);
+  static_cast<ControlValue*>(control)->extension =
+      algorithm1(space->leadingEnd(), {target.front(), target.back()});
   si_->getStatePropagator()->propagate(source, control, si_->getPropagationStepSize(), destination);
-  if (meanNodeDistance(target.rod.nodes, aim) > 0.9 * before) ++from.failed_extends;
-  return meanNodeDistance(from.rod.nodes, target.rod.nodes) < too_near_ ? 0 : 1;
+  return 1;
 }
 unsigned int DirectedSampler::sampleTo(oc::Control* control, const oc::Control*, const ob::State* source,
                                        ob::State* destination) {

@@ -20,16 +20,13 @@ namespace oc = ompl::control;
 /// A rod in motion as an OMPL state.
 struct State : ob::State {
   RodState rod;
-  /// How many EXTENDs from here led nowhere; the planner's nearest neighbour counts it (mutable: it is no
-  /// part of the state).
-  mutable int failed_extends = 0;
 };
 
 /// SE(3) x A_stable and all that lies between: any rod of a fixed number of elements. Distance (6).
 class StateSpace : public ob::StateSpace {
  public:
   /// `sampler` gives the stable, contact-free rods that uniform samples are drawn from.
-  StateSpace(std::size_t nodes, const Box& workspace, RodSampler& sampler, bool penalise_failures);
+  StateSpace(std::size_t nodes, const Box& workspace, RodSampler& sampler);
 
   [[nodiscard]] unsigned int getDimension() const override;
   [[nodiscard]] double getMaximumExtent() const override;
@@ -49,7 +46,6 @@ class StateSpace : public ob::StateSpace {
   std::size_t nodes_;
   Box workspace_;
   RodSampler& sampler_;
-  bool penalise_failures_;
 };
 
 /// How controls are drawn.
@@ -59,9 +55,9 @@ struct Aim {
   RodShape goal;
 };
 
-/// An OMPL control: one EXTEND. It lasts one OMPL step whatever its simulated time.
+/// An OMPL control: one extension. It lasts one OMPL step whatever its simulated time.
 struct ControlValue : oc::Control {
-  ExtendControl extend;
+  Extension extension;
 };
 
 class ControlSpace : public oc::ControlSpace {
@@ -113,17 +109,13 @@ class Propagator : public oc::StatePropagator {
   mutable RodWorkspace workspace_;
 };
 
-/// Directed sampling: aims both grippers at the sample's ends and runs EXTEND.
+/// Directed sampling: Algorithm 1 toward the sample's ends.
 class DirectedSampler : public oc::DirectedControlSampler {
  public:
-  DirectedSampler(const oc::SpaceInformation* si, double too_near)
-      : oc::DirectedControlSampler(si), too_near_(too_near) {}
+  explicit DirectedSampler(const oc::SpaceInformation* si) : oc::DirectedControlSampler(si) {}
   unsigned int sampleTo(oc::Control* control, const ob::State* source, ob::State* destination) override;
   unsigned int sampleTo(oc::Control* control, const oc::Control* previous, const ob::State* source,
                         ob::State* destination) override;
-
- private:
-  double too_near_;  // m: an EXTEND that ends this near its source is dropped
 };
 
 /// The goal region of gripper frames (and shape, if asked).

@@ -1,0 +1,19 @@
+/// The built-in ways to extend. Private to planner.
+#pragma once
+
+#include "tendril/planner/extend.h"
+
+namespace tendril {
+
+/// One pull or push of `end` along its own tangent, as it turns: `pieces` steps of kPiece L, the other end
+/// free.
+[[nodiscard]] ExtendStrategy::Steps along(const RodProperties& rod, End end, double direction, int pieces);
+/// The end `end` to `target` in a straight line, in steps of kPiece L, the other end free.
+[[nodiscard]] ExtendStrategy::Steps lead(const RodProperties& rod, End end, const Pose& target);
+inline constexpr double kPiece = 0.15;  // L
+
+/// Algorithm 1 toward the sample, a random end leading (share 0.75); a random end along its own tangent, out
+/// or in (0.25).
+[[nodiscard]] std::vector<StrategyShare> builtInStrategies();
+
+}  // namespace tendril
