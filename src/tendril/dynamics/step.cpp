@@ -47,6 +47,20 @@ std::span<const RodShape> RodWorkspace::wayPoints() const {
   return {impl_->way_points.data(), impl_->way_point_count};
 }
 
+/// Whether every node may go straight from one shape to the other: within the limits and free. Overwrites
+/// trial_positions, motion and the candidates.
+bool RodWorkspace::Impl::straightIsFree(const RodModel& model, const RodShape& from, const RodShape& to) {
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    trial_positions[i] = from[i].position;
+    motion[i] = to[i].position - trial_positions[i];
+  }
+  if (!motionKeepsLimits(trial_positions, motion, 1, model.rod.elementLength(), model.rod.length))
+    return false;
+  if (!has_contacts) return true;
+  contacts.findCandidates(trial_positions, motion);
+  return contacts.freeFraction(trial_positions, motion, 0) >= 1;
+}
+
 /// From the step's start, always on to the farthest iterate whose straight line is free; the next one always
 /// is, since Newton's own pieces are certified.
 void RodWorkspace::Impl::chooseWayPoints(const RodModel& model) {
@@ -54,20 +68,47 @@ void RodWorkspace::Impl::chooseWayPoints(const RodModel& model) {
   std::size_t from = 0;
   while (from + 1 < path_size) {
     std::size_t to = path_size - 1;
-    for (; to > from + 1; --to) {
-      for (std::size_t i = 0; i < nodes.size(); ++i) {
-        trial_positions[i] = path[from][i].position;
-        motion[i] = path[to][i].position - trial_positions[i];
-      }
-      if (!motionKeepsLimits(trial_positions, motion, 1, model.rod.elementLength(), model.rod.length))
-        continue;
-      if (!has_contacts) break;
-      contacts.findCandidates(trial_positions, motion);
-      if (contacts.freeFraction(trial_positions, motion, 0) >= 1) break;
-    }
+    while (to > from + 1 && !straightIsFree(model, path[from], path[to])) --to;
     if (way_points.size() == way_point_count) way_points.emplace_back();
     way_points[way_point_count++] = path[to];
     from = to;
+  }
+  if (way_point_count > 1) steadyGrippers(model);
+}
+
+/// Newton's iterates carry a held end to and fro; its gripper goes straight from the step's start to its end.
+/// So the end is put onto that straight line, and the nodes next to it give way, less and less over some
+/// elements: as few as possible for which all stays free. Where none does, the way points stay as they were.
+void RodWorkspace::Impl::steadyGrippers(const RodModel& model) {
+  const RodShape& start = path[0];
+  const std::size_t last = way_point_count - 1, n = start.size();
+  // How far along each way point is, by the way of the fastest node.
+  std::vector<double>& share = way_shares;
+  share.assign(way_point_count, 0);
+  for (std::size_t j = 0; j <= last; ++j)
+    share[j] = (j > 0 ? share[j - 1] : 0) + maxNodeDistance(j > 0 ? way_points[j - 1] : start, way_points[j]);
+  if (!(share[last] > 0)) return;
+  if (steady.size() < last) steady.resize(last);
+  for (const std::size_t yielding : {n / 13 + 1, n / 5, n / 2}) {
+    const double reach = static_cast<double>(yielding);
+    bool free = true;
+    for (std::size_t j = 0; j < last && free; ++j) {
+      RodShape& shape = steady[j] = way_points[j];
+      const double f = share[j] / share[last];
+      for (const End end : kBothEnds) {
+        if (!goals[static_cast<std::size_t>(end)].held) continue;
+        const Pose &a = endPose(start, end), &b = endPose(way_points[last], end);
+        const Vector3 aside =
+            a.position + f * (b.position - a.position) - endPose(way_points[j], end).position;
+        for (std::size_t k = 0; k < yielding && k < n; ++k)
+          shape[end == End::first ? k : n - 1 - k].position += (1 - static_cast<double>(k) / reach) * aside;
+        (end == End::first ? shape.front() : shape.back()).rotation = a.rotation.slerp(f, b.rotation);
+      }
+      free = straightIsFree(model, j > 0 ? steady[j - 1] : start, shape);
+    }
+    if (!free || !straightIsFree(model, steady[last - 1], way_points[last])) continue;
+    std::swap_ranges(steady.begin(), steady.begin() + static_cast<std::ptrdiff_t>(last), way_points.begin());
+    return;
   }
 }
 

@@ -172,6 +172,8 @@ struct RodWorkspace::Impl {
   std::size_t path_size = 0;
   std::vector<RodShape> way_points;
   std::size_t way_point_count = 0;
+  std::vector<RodShape> steady;    // scratch: the way points with the held ends on straight lines
+  std::vector<double> way_shares;  // scratch
 
   // A step in parts (step_tolerance).
   std::unique_ptr<RodModel> part_model;
@@ -257,6 +259,8 @@ struct RodWorkspace::Impl {
   }
 
   void chooseWayPoints(const RodModel& model);
+  void steadyGrippers(const RodModel& model);
+  [[nodiscard]] bool straightIsFree(const RodModel& model, const RodShape& from, const RodShape& to);
 };
 
 }  // namespace tendril

@@ -27,27 +27,50 @@ bool Extend::arrived(const RodShape& shape, End end, const Pose& target) const {
          angleBetween(q.rotation, target.rotation) <= kReachAngle;
 }
 
+/// One step of `control`, undone where a node leaves the workspace or, if recorded, a gripper would go too
+/// fast.
+Extend::Step Extend::advance(ControlRunner& runner, const Control& control, RodState& state,
+                             RodWorkspace& workspace, TrajectoryRecorder* recorder) const {
+  RodState before = state;
+  const std::size_t states = recorder ? recorder->trajectory().shapes.size() : 0;
+  if (recorder)
+    recorder->advance(runner, control, state, workspace);
+  else
+    runner.advance(state, workspace);
+  const bool inside = std::all_of(state.nodes.begin(), state.nodes.end(),
+                                  [&](const Pose& node) { return model_.workspace.contains(node.position); });
+  if (inside && !(recorder && recorder->tooFast())) return Step::done;
+  std::swap(state, before);
+  if (recorder) recorder->truncate(recorder->steps() - 1, states);
+  return inside ? Step::too_fast : Step::left_workspace;
+}
+
 ExtendReport Extend::operator()(const Extension& extension, RodState& state, RodWorkspace& workspace,
                                 const std::function<bool()>& stop, TrajectoryRecorder* recorder) const {
   ExtendReport report;
   const double dt = model_.simulation.time_step;
   const auto longest = static_cast<std::int64_t>(std::ceil(settings_.phase_limit / dt));
   const auto window = std::max<std::int64_t>(1, std::llround(kStallWindow / dt));
-  std::int64_t time_steps = recorder ? recorder->steps() : 0;
-  RodState before;
+  const std::int64_t first_step = recorder ? recorder->steps() : 0;
+  const auto now = [&] { return static_cast<double>(first_step + report.steps) * dt; };
   RodShape window_start;
   for (const Phase& phase : extension.phases) {
     const End moving = phase.moving;
-    const Pose& target = phase.target;
     Control control;
     control.held = heldIn(phase);
     control.moving = moving;
-    control.target = target;
+    control.target = phase.target;
     if (!control.isHeld(moving)) continue;
-    control.start_s = static_cast<double>(time_steps) * dt;
-    ControlRunner runner(model_, control, state);
-    std::int64_t steps = 0;
-    while (steps < longest && !arrived(state.nodes, moving, target)) {
+    const auto begin = [&] {
+      control.start_s = now();
+      return ControlRunner(model_, control, state);
+    };
+    const auto end = [&] {
+      control.end_s = now();
+      if (control.end_s > control.start_s) report.controls.push_back(control);
+    };
+    std::optional<ControlRunner> runner = begin();
+    for (std::int64_t steps = 0; steps < longest && !arrived(state.nodes, moving, phase.target); ++steps) {
       if (settings_.stall_speed > 0 && steps % window == 0) {
         const double least = settings_.stall_speed * static_cast<double>(window) * dt;
         if (steps > 0 && maxNodeDistance(window_start, state.nodes) < least) break;
@@ -57,26 +80,32 @@ ExtendReport Extend::operator()(const Extension& extension, RodState& state, Rod
         report.cancelled = true;
         break;
       }
-      before = state;
-      const std::size_t states = recorder ? recorder->trajectory().shapes.size() : 0;
-      if (recorder)
-        recorder->advance(runner, control, state, workspace);
-      else
-        runner.advance(state, workspace);
-      const bool inside = std::all_of(state.nodes.begin(), state.nodes.end(), [&](const Pose& node) {
-        return model_.workspace.contains(node.position);
-      });
-      if (!inside || (recorder && recorder->tooFast())) {
-        std::swap(state, before);
-        if (recorder) recorder->truncate(recorder->steps() - 1, states);
-        break;
+      Step step = advance(*runner, control, state, workspace, recorder);
+      if (step == Step::too_fast) {
+        // The rod snaps, and would carry its gripper along. Creep, or else wait, until that is over.
+        end();
+        Control slow = control;
+        slow.start_s = now();
+        slow.target = approach(endPose(state.nodes, moving), phase.target, model_.grippers, kCreep * dt);
+        for (const bool creep : {true, false}) {
+          if (!creep) slow.moving.reset();
+          ControlRunner slow_runner(model_, slow, state);
+          step = advance(slow_runner, slow, state, workspace, recorder);
+          if (step != Step::too_fast) break;
+        }
+        if (step == Step::done) {
+          ++report.steps;
+          slow.end_s = now();
+          report.controls.push_back(slow);
+        }
+        runner.reset();
+        runner.emplace(begin());
+      } else if (step == Step::done) {
+        ++report.steps;
       }
-      ++steps;
+      if (step != Step::done) break;
     }
-    time_steps += steps;
-    report.steps += steps;
-    control.end_s = static_cast<double>(time_steps) * dt;
-    if (steps > 0) report.controls.push_back(control);
+    end();
     if (report.cancelled) break;
   }
   return report;

@@ -21,6 +21,7 @@ struct ExtendSettings {
 };
 inline constexpr double kReachAngle = 0.1;   // rad
 inline constexpr double kStallWindow = 0.1;  // s
+inline constexpr double kCreep = 0.25;       // of a gripper's speed, where the rod snaps
 
 /// What EXTEND did. `controls` are its phases, for the solution; times count from `start_time`.
 struct ExtendReport {
@@ -29,12 +30,13 @@ struct ExtendReport {
   bool cancelled = false;
 };
 
-/// Carries EXTEND out from `state`, phase by phase; the other end is held or let go as the phase wishes, or,
-/// where the scenario's grasps forbid it, the other way; a phase they forbid altogether is left out. The
-/// loops run while the distance is > epsilon (the paper prints <) and no longer than phase_limit; a phase
-/// that would carry a node out of the workspace ends with the last state inside. With a recorder the motion
-/// is written down, and a step that is TrajectoryRecorder::tooFast() ends the phase likewise. `stop` is asked
-/// before every step.
+/// Carries an extension out from `state`, phase by phase; the other end is held or let go as the phase
+/// wishes, or, where the scenario's grasps forbid it, the other way; a phase they forbid altogether is left
+/// out. The loops run while the distance is > epsilon (the paper prints <) and no longer than phase_limit; a
+/// phase that would carry a node out of the workspace ends with the last state inside. With a recorder the
+/// motion is written down; where a step is TrajectoryRecorder::tooFast() the gripper creeps or waits for a
+/// step (as controls of their own), and the phase ends if that does not help. `stop` is asked before every
+/// step.
 class Extend {
  public:
   Extend(const RodModel& model, const ExtendSettings& settings) : model_(model), settings_(settings) {}
@@ -43,6 +45,9 @@ class Extend {
                           const std::function<bool()>& stop, TrajectoryRecorder* recorder = nullptr) const;
 
  private:
+  enum class Step { done, left_workspace, too_fast };
+  Step advance(ControlRunner& runner, const Control& control, RodState& state, RodWorkspace& workspace,
+               TrajectoryRecorder* recorder) const;
   [[nodiscard]] std::array<bool, 2> heldIn(const Phase& phase) const;
   [[nodiscard]] bool arrived(const RodShape& shape, End end, const Pose& target) const;
 
