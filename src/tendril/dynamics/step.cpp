@@ -92,13 +92,14 @@ double withinLimits(const RodModel& model, double fraction, const RodWorkspace::
   return fraction;
 }
 
-/// The largest part, in [0, 1], of `fraction` of w.motion that keeps a tenth of every gap. Leaves the
-/// candidates of the whole motion in w.contacts.
+/// The largest part, in [0, 1], of `fraction` of w.motion that keeps a tenth of every gap, and half of what
+/// is within the barrier's reach: an iteration at most doubles a small gap. Leaves the candidates of the
+/// whole motion in w.contacts.
 double freePart(double fraction, RodWorkspace::Impl& w) {
   if (!w.has_contacts) return 1;
   for (std::size_t i = 0; i < w.motion.size(); ++i) w.limited_motion[i] = fraction * w.motion[i];
   w.contacts.findCandidates(w.positions, w.limited_motion);
-  return w.contacts.freeFraction(w.positions, w.limited_motion, kKeptGap);
+  return w.contacts.freeFraction(w.positions, w.limited_motion, {kKeptGap, w.contacts.barrier().dhat});
 }
 
 /// A step of the model's time step.
