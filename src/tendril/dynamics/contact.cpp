@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace tendril::contact {
 namespace {
@@ -287,14 +288,41 @@ double Contacts::energy() const {
   return sum;
 }
 
-double Contacts::halfClearance() const {
+double Contacts::room(const std::vector<Vector3>& positions) {
+  constexpr int kMoves = 32;
+  constexpr double kFirst = 0.5, kNext = 0.8;  // the first move, of dhat; the next one, of the last
+  by_node_.resize(terms_.size());
+  std::iota(by_node_.begin(), by_node_.end(), 0);
+  const auto term = [&](int i) -> const Term& { return terms_[static_cast<std::size_t>(i)]; };
+  std::sort(by_node_.begin(), by_node_.end(),
+            [&](int i, int j) { return std::pair(term(i).node, i) < std::pair(term(j).node, j); });
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < terms_.size(); ++i)
-    for (std::size_t j = i + 1; j < terms_.size(); ++j) {
-      const Term &a = terms_[i], &b = terms_[j];
-      if (a.node != b.node || a.normal.dot(b.normal) > -0.1) continue;
-      least = std::min(least, 0.5 * (a.distance + b.distance) - radius_);
+  for (auto first = by_node_.begin(), last = first; first != by_node_.end(); first = last) {
+    last = std::find_if(first, by_node_.end(), [&](int i) { return term(i).node != term(*first).node; });
+    const auto node = static_cast<std::size_t>(term(*first).node);
+    const Vector3 along =
+        (positions[std::min(node + 1, positions.size() - 1)] - positions[node > 0 ? node - 1 : 0])
+            .normalized();
+    const auto across = [&](int i) -> Vector3 { return term(i).normal - term(i).normal.dot(along) * along; };
+    const bool pressed = std::any_of(first, last, [&](int i) {
+      return std::any_of(first, last, [&](int j) { return across(i).dot(across(j)) < -0.1; });
+    });
+    if (!pressed) continue;
+    // The largest of the smallest gaps over all places t around, by moves away from what is nearest. What is
+    // not active is dhat away, less the way there.
+    Vector3 t = Vector3::Zero();
+    double most = 0, stride = kFirst * barrier_.dhat;
+    for (int move = 0; move < kMoves; ++move, stride *= kNext) {
+      Vector3 away = Vector3::Zero();
+      double gap = std::numeric_limits<double>::infinity();
+      for (auto i = first; i != last; ++i)
+        if (const double d = term(*i).distance - radius_ + across(*i).dot(t); d < gap)
+          gap = d, away = across(*i);
+      most = std::max(most, std::min(gap, barrier_.dhat - t.norm()));
+      t += stride * away;
     }
+    least = std::min(least, most);
+  }
   return least;
 }
 

@@ -76,9 +76,10 @@ class Contacts {
   /// Collects the active terms at these positions. False (and no terms) if something penetrates.
   [[nodiscard]] bool evaluate(const std::vector<Vector3>& positions);
   [[nodiscard]] double energy() const;
-  /// Half of the smallest clearance left to a place on the rod between two active contacts that press on it
-  /// from opposite sides [m]; infinite if there is none.
-  [[nodiscard]] double halfClearance() const;
+  /// The gap that the tightest place of the rod could have on all sides at once if it were moved a little
+  /// across itself [m], from below; infinite where no place is pressed from opposite sides. For the terms of
+  /// these positions.
+  [[nodiscard]] double room(const std::vector<Vector3>& positions);
   /// Changes the barrier against the obstacles. It must not reach farther than the one the candidates were
   /// found for.
   void setBarrier(const Barrier& barrier) { barrier_ = barrier; }
@@ -122,7 +123,7 @@ class Contacts {
   std::vector<Term> terms_;
   std::vector<FrictionTerm> friction_;
   double slip_length_ = 0;  // m, below which friction is smoothed
-  std::vector<int> faces_;
+  std::vector<int> faces_, by_node_;
   std::vector<std::uint32_t> edge_stamp_;
   std::uint32_t stamp_ = 0;
   std::vector<std::int32_t> slots_;  // open-addressing table from key to term

@@ -122,9 +122,9 @@ StepReport stepOnce(const RodModel& model, const std::array<GripperGoal, 2>& goa
       return report;
     }
     // A barrier that reaches beyond the middle of a passage plugs it.
-    const double reach = model.simulation.contact_distance, half = w.contacts.halfClearance();
-    if (half < reach) {
-      w.contacts.setBarrier(barrierFor(model, std::max(half, kLeastReach * reach)));
+    const double reach = model.simulation.contact_distance, room = w.contacts.room(w.positions);
+    if (room < reach) {
+      w.contacts.setBarrier(barrierFor(model, std::max(room, kLeastReach * reach)));
       if (!w.contacts.evaluate(w.positions)) assert(false && "the same positions were free");
     }
     // Slip below a hundredth of the gripper's travel counts as sticking.
