@@ -3,14 +3,14 @@
 ///   build/release/bench/bench_soak [contact steps [seed [threads (at most 2)]]]
 ///   build/release/bench/bench_soak --episode NUMBER [seed]       one episode, every remarkable step
 ///   build/release/bench/bench_soak --passages                    rods pulled through tubes
-/// The counts depend on the number of steps and the seed alone; an
-/// interrupt ends the run with a report of what was done.
+/// The counts depend on the number of steps and the seed alone. SIGINT and SIGTERM end the run with a report
+/// of what was done; a line every 2048 episodes tells how far it is.
 #include <fmt/format.h>
 
-#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <map>
 #include <thread>
 
@@ -26,14 +26,18 @@ namespace {
 
 using namespace tendril;
 using namespace tendril::soak;
-using Clock = std::chrono::steady_clock;
 
 constexpr std::array<const char*, 3> kPlaceNames = {"near 0", "scaled", "far from 0"};
 constexpr std::array<const char*, 3> kNewtonNames = {"1 to 3", "30, 1e-4", "100, 1e-7"};
 
 std::atomic<bool> interrupted = false;
 
-double seconds(Clock::time_point from) { return std::chrono::duration<double>(Clock::now() - from).count(); }
+/// Seconds of a processor: of this thread, or of all threads.
+double secondsOf(clockid_t clock) {
+  timespec t{};
+  clock_gettime(clock, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
 
 /// What happened, in numbers that add up.
 struct Tally {
@@ -262,7 +266,7 @@ Tally runEpisode(const Episode& e, Random& random, std::uint64_t number, bool te
       fmt::print("episode {} ({}, {}) step {}: {}\n", number, kWorldNames[static_cast<std::size_t>(e.kind)],
                  kPlaceNames[e.place], recorder.steps(), what);
   };
-  auto clock = Clock::now();
+  double clock = secondsOf(CLOCK_THREAD_CPUTIME_ID);
   std::int64_t remarks = 0;
   bool finite = true;
   for (int controls = between(random, 3, 8); controls > 0 && finite; --controls) {
@@ -327,10 +331,10 @@ Tally runEpisode(const Episode& e, Random& random, std::uint64_t number, bool te
       }
     }
   }
-  tally.step_s += seconds(clock);
+  tally.step_s += secondsOf(CLOCK_THREAD_CPUTIME_ID) - clock;
   if (!finite) return tally;
 
-  clock = Clock::now();
+  clock = secondsOf(CLOCK_THREAD_CPUTIME_ID);
   Trajectory motion = recorder.take();
   tally.motions = std::ssize(motion.shapes) - 1;
   const verification::FaceTree tree = treeOf(e.mesh);
@@ -351,7 +355,7 @@ Tally runEpisode(const Episode& e, Random& random, std::uint64_t number, bool te
       remark(check.name + ": " + check.message);
     }
   tally.least_gap = leastGap(motion, model.rod, tree, model.simulation.contact_distance) / model.rod.radius;
-  tally.check_s += seconds(clock);
+  tally.check_s += secondsOf(CLOCK_THREAD_CPUTIME_ID) - clock;
   return tally;
 }
 
@@ -392,8 +396,7 @@ int runSoak(std::int64_t contact_steps, std::uint64_t seed, int threads) {
   std::array<Tally, kWorldNames.size()> kinds;
   std::array<Tally, 3> places, newtons;
   Tally all;
-  const auto begin = Clock::now();
-  std::signal(SIGINT, [](int) { interrupted = true; });
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { interrupted = true; });
   for (std::uint64_t first = 0; all.contact_steps < contact_steps && !interrupted; first += kRound) {
     std::array<Numbered, kRound> results;
     std::atomic<std::uint64_t> next = 0;
@@ -408,12 +411,20 @@ int runSoak(std::int64_t contact_steps, std::uint64_t seed, int threads) {
       kinds[r.kind].add(r.tally), places[r.place].add(r.tally), newtons[r.newton].add(r.tally);
       all.add(r.tally);
     }
+    if ((first / kRound + 1) % 64 == 0) {
+      fmt::print("after {} episodes and {:.0f} s of a processor:\n", first + kRound,
+                 secondsOf(CLOCK_PROCESS_CPUTIME_ID));
+      printHeader();
+      print("", all);
+    }
     std::fflush(stdout);
   }
+  const double spent = secondsOf(CLOCK_PROCESS_CPUTIME_ID);
   fmt::print(
-      "\nseed {}, {} threads, {:.0f} s, {:.0f} steps/s of which {:.0f} in contact, checks included\n\n", seed,
-      threads, seconds(begin), static_cast<double>(all.steps) / seconds(begin),
-      static_cast<double>(all.contact_steps) / seconds(begin));
+      "\nseed {}, {} threads, {:.0f} s of a processor, {:.0f} steps/s of which {:.0f} in contact, checks "
+      "included\n\n",
+      seed, threads, spent, static_cast<double>(all.steps) / spent,
+      static_cast<double>(all.contact_steps) / spent);
   printHeader();
   for (std::size_t i = 0; i < kinds.size(); ++i) print(kWorldNames[i], kinds[i]);
   fmt::print("\n");

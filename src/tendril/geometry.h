@@ -159,26 +159,33 @@ class Obstacles {
 // ---------------------------------------------------------------------------------------------- continuous
 // detection
 
+/// How much of a gap a motion must leave: a fraction of it in [0, 1), and half of what is within `room` [m].
+struct KeptGap {
+  double fraction, room;
+  KeptGap(double fraction_in, double room_in = 0) : fraction(fraction_in), room(room_in) {}
+  [[nodiscard]] double of(double gap) const { return std::max(fraction * gap, 0.5 * std::min(gap, room)); }
+};
+
 /// A fraction f in [0, 1], proven and nearly the largest, such that while a point moves from p to p + f d its
-/// distance to triangle abc stays >= radius + keep * (its initial gap), gap = distance - radius. If f > 0
+/// distance to triangle abc stays >= radius + keep.of(its initial gap), gap = distance - radius. If f > 0
 /// that holds in exact arithmetic at every moment, and for p + f d rounded, whatever the input. 1 when free
 /// all the way; 0, which promises nothing, when the initial gap is not positive beyond the rounding of the
-/// coordinates, or not finite. keep in [0, 1); radius > 0. Conservative advancement with the separating plane
+/// coordinates, or not finite. radius > 0. Conservative advancement with the separating plane
 /// at the closest points.
 [[nodiscard]] double freeMotionPointTriangle(const Vector3& p, const Vector3& d, const Vector3& a,
-                                             const Vector3& b, const Vector3& c, double radius, double keep);
+                                             const Vector3& b, const Vector3& c, double radius, KeptGap keep);
 /// The same for a segment whose ends move by d0, d1, against the fixed edge ab.
 [[nodiscard]] double freeMotionSegmentEdge(const Vector3& p0, const Vector3& p1, const Vector3& d0,
                                            const Vector3& d1, const Vector3& a, const Vector3& b,
-                                           double radius, double keep);
+                                           double radius, KeptGap keep);
 /// The same for a segment whose ends move by d0, d1, against a fixed triangle.
 [[nodiscard]] double freeMotionSegmentTriangle(const Vector3& p0, const Vector3& p1, const Vector3& d0,
                                                const Vector3& d1, const Vector3& a, const Vector3& b,
-                                               const Vector3& c, double radius, double keep);
+                                               const Vector3& c, double radius, KeptGap keep);
 /// The same for two moving segments (self-contact).
 [[nodiscard]] double freeMotionSegmentSegment(const Vector3& p0, const Vector3& p1, const Vector3& dp0,
                                               const Vector3& dp1, const Vector3& q0, const Vector3& q1,
                                               const Vector3& dq0, const Vector3& dq1, double radius,
-                                              double keep);
+                                              KeptGap keep);
 
 }  // namespace tendril

@@ -66,6 +66,63 @@ TEST(Contact, GradientIsTheDerivativeOfTheEnergyNearlyParallelToAnEdge) {
     expectGradientMatches(o, {-0.05, 0.009, 0.0088}, {0.03, 0.009 + 0.08 * tilt, 0.0088 - 0.05 * tilt}, 2);
 }
 
+/// A vertex at the origin where ridges and valleys meet: a closed fan of faces whose rim goes up and down.
+TriangleMesh ridgesAndValleys(Random& random) {
+  constexpr int kSides = 7;
+  TriangleMesh mesh;
+  mesh.vertices.emplace_back(0, 0, 0);
+  for (int i = 0; i < kSides; ++i) {
+    const double angle = 2 * std::numbers::pi * (i + random.uniform(-0.3, 0.3)) / kSides;
+    mesh.vertices.emplace_back(0.1 * std::cos(angle), 0.1 * std::sin(angle), random.uniform(-0.05, 0.05));
+    mesh.faces.push_back({0, i + 1, (i + 1) % kSides + 1});
+  }
+  return mesh;
+}
+
+TEST(Contact, EnergyHasNoJumpsAndItsGradientIsItsDerivativeWhereRidgesAndValleysMeet) {
+  Random random(3);
+  int near = 0;
+  double largest = 0;
+  for (int way = 0; way < 300; ++way) {
+    const Obstacles o = obstaclesOf({ridgesAndValleys(random)});
+    Probe probe(o);
+    // A segment that slides and turns over the vertex; every fifth begins along an edge.
+    const auto somewhere = [&](double half) {
+      const double x = random.uniform(-half, half), y = random.uniform(-half, half);
+      return Vector3(x, y, random.uniform(-half, half));
+    };
+    Vector3 along = somewhere(1).normalized();
+    if (way % 5 == 0) along = o.vertices()[static_cast<std::size_t>(1 + way % 7)].normalized();
+    Vector3 middle = somewhere(0.02);
+    middle.z() = std::abs(middle.z()) + 0.01;
+    const double length = random.uniform(0.01, 0.1);
+    const std::vector<Vector3> from = {middle - length * random.uniform() * along, middle + length * along};
+    const Vector3 v0 = somewhere(1), v1 = way % 2 == 0 ? v0 : somewhere(1);
+    constexpr double kStep = 1e-6;
+    const auto at = [&](double x) -> std::vector<Vector3> { return {from[0] + x * v0, from[1] + x * v1}; };
+    std::vector<double> energies;
+    for (int k = 0; k < 3000; ++k) {
+      const double x = k * kStep;
+      const std::vector<Vector3> p = at(x), still(2, Vector3::Zero());
+      probe.contacts.findCandidates(p, still);
+      if (!probe.contacts.evaluate(p) || probe.contacts.leastGap() < 0.0005) break;
+      energies.push_back(probe.contacts.energy());
+      near += energies.back() > 0;
+    }
+    for (std::size_t k = 3; k < energies.size(); ++k) {
+      const double a = energies[k - 2] - energies[k - 3], b = energies[k - 1] - energies[k - 2],
+                   c = energies[k] - energies[k - 1];
+      const double jump = std::abs(b) - std::max(std::abs(a), std::abs(c));
+      largest = std::max(largest, jump / (energies[k] + 1e-7));
+      EXPECT_LT(jump, 2e-3 * (energies[k] + 1e-7)) << "way " << way << " step " << k;
+    }
+    if (energies.size() < 100 || energies[50] <= 0) continue;
+    expectGradientMatches(o, at(50 * kStep)[0], at(50 * kStep)[1], 1);
+  }
+  EXPECT_GT(near, 30000);
+  std::cout << near << " largest " << largest << std::endl;
+}
+
 TEST(Contact, CoplanarAndConcaveEdgesAreNoFeatures) {
   // A rod lying on the diagonal of a face: only its two nodes feel the plane.
   const Obstacles flat = obstaclesOf({block({-1, -1, -1}, {0, 0, 0})});

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace tendril::contact {
 namespace {
@@ -95,7 +96,7 @@ void Contacts::findCandidates(const std::vector<Vector3>& positions, const std::
 }
 
 double Contacts::freeFraction(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion,
-                              double keep) const {
+                              KeptGap keep) const {
   const auto vertices = obstacles_->vertices();
   const auto vertex = [&](int index) -> const Vector3& { return vertices[static_cast<std::size_t>(index)]; };
   double fraction = self_contact_ ? self_.freeFraction(positions, motion, keep) : 1;
@@ -136,21 +137,68 @@ Term& Contacts::termFor(std::uint64_t key, bool& fresh) {
   return terms_.back();
 }
 
-void Contacts::addPointTerm(int node, const Vector3& p, const Vector3& on_mesh, double distance,
-                            std::uint64_t key) {
-  bool fresh = false;
-  Term& term = termFor(key, fresh);
+EdgeWeight::EdgeWeight(const MeshEdge& edge, const Vector3& normal) {
+  const double length = edge.wedge.norm();
+  if (length == 0) return;
+  const Vector3 into = edge.wedge / length;
+  const double x = std::max(0.0, -into.dot(normal));
+  value = x * x * (3 - 2 * x);
+  by_normal = -6 * x * (1 - x) * into;
+}
+
+void Contacts::addPair(const SegmentEdgePair& pair, double fade, const Vector3& fade_by_u) {
+  if (pair.distance >= radius_ + barrier_.dhat) return;
+  const MeshEdge& edge = obstacles_->edges()[static_cast<std::size_t>(pair.edge)];
+  const Vector3 normal = pair.apart / pair.distance;
+  const EdgeWeight counts(edge, normal);
+  const double weight = fade * counts.value;
+  if (weight <= 0) return;
+  const bool inside_s = pair.s > 0 && pair.s<1, inside_t = pair.t> 0 && pair.t < 1;
+
+  // How the normal turns: n stays perpendicular to the segment, and to the edge if the point is inside it.
+  const Vector3 by_normal = fade * counts.by_normal;
+  Vector3 dual = Vector3::Zero(), by_motion = Vector3::Zero(), by_turn = counts.value * fade_by_u;
+  if (inside_s) {
+    const Vector3 across =
+        inside_t ? Vector3(pair.u - pair.u.dot(pair.f) / pair.f.squaredNorm() * pair.f) : pair.u;
+    const double across2 = across.squaredNorm();
+    if (across2 > 0) dual = across / across2;
+    by_turn -= by_normal.dot(dual) * normal;
+    if (!inside_t) {
+      const Vector3 aside = normal.cross(pair.u.normalized());
+      by_motion = by_normal.dot(aside) / pair.distance * aside;
+    }
+  } else {
+    by_motion = (by_normal - by_normal.dot(normal) * normal) / pair.distance;
+  }
+
+  const bool fades = fade < 1, on_segment = inside_s || fades;
+  const int node = on_segment || pair.s <= 0 ? pair.segment : pair.segment + 1;
+  bool fresh = true;
+  Term* term = nullptr;
+  if (fades) {
+    term = &terms_.emplace_back();
+    term->key = ~0ULL;
+  } else {
+    const MeshPart part = inside_t ? MeshPart::edge : MeshPart::vertex;
+    const int index = inside_t ? pair.edge : (pair.t <= 0 ? edge.a : edge.b);
+    term = &termFor(keyOf(node, on_segment, part, index), fresh);
+  }
   if (!fresh) {
-    term.weight += 1;
+    term->weight += weight, term->weight_by_motion += by_motion, term->weight_by_turn += by_turn;
     return;
   }
-  term.node = node;
-  term.on_segment = false;
-  term.s = 0;
-  term.normal = (p - on_mesh) / distance;
-  term.distance = distance;
-  term.weight = 1;
-  term.mollified = false;
+  *term = {.key = term->key,
+           .node = node,
+           .on_segment = on_segment,
+           .s = on_segment ? pair.s : 0,
+           .normal = normal,
+           .distance = pair.distance,
+           .weight = weight,
+           .dual = dual,
+           .mollified = fades,
+           .weight_by_motion = by_motion,
+           .weight_by_turn = by_turn};
 }
 
 bool Contacts::evaluate(const std::vector<Vector3>& positions) {
@@ -193,7 +241,23 @@ bool Contacts::evaluate(const std::vector<Vector3>& positions) {
         key = keyOf(node, false, MeshPart::face, face);
         break;
     }
-    addPointTerm(node, p, near.closest, near.distance, key);
+    bool fresh = false;
+    Term& term = termFor(key, fresh);
+    if (!fresh) {
+      term.weight += 1;
+      continue;
+    }
+    term = {.key = key,
+            .node = node,
+            .on_segment = false,
+            .s = 0,
+            .normal = (p - near.closest) / near.distance,
+            .distance = near.distance,
+            .weight = 1,
+            .dual = Vector3::Zero(),
+            .mollified = false,
+            .weight_by_motion = Vector3::Zero(),
+            .weight_by_turn = Vector3::Zero()};
   }
 
   for (const auto& [segment, edge] : candidates_.segment_edges) {
@@ -205,61 +269,14 @@ bool Contacts::evaluate(const std::vector<Vector3>& positions) {
     if (near.distance >= reach) continue;
     if (near.distance <= radius_) return false;
     const Vector3 u = p1 - p0, f = b - a;
-    const Vector3 on_rod = p0 + near.s * u, on_mesh = a + near.t * f;
-    const Vector3 normal = (on_rod - on_mesh) / near.distance;
-    if (e.wedge.dot(normal) > 0) continue;  // in a valley the faces are nearer
-    const double u2 = u.squaredNorm(), f2 = f.squaredNorm(), uf = u.dot(f);
     const Mollifier m(u, f);
-    if (m.fades()) {
-      const auto mollified = [&](double s, const Vector3& n, double distance, double weight,
-                                 const Vector3& gradient) {
-        terms_.push_back({.key = ~0ULL,
-                          .node = segment,
-                          .on_segment = true,
-                          .s = s,
-                          .normal = n,
-                          .distance = distance,
-                          .weight = weight,
-                          .dual = Vector3(u / u2),
-                          .mollified = true,
-                          .mollifier_gradient = gradient});
-      };
-      mollified(near.s, normal, near.distance, m.weight, m.by_u);
-      for (const Vector3& end : {a, b}) {
-        const PointSegment foot = closestPointOnSegment(end, p0, p1);
-        if (foot.t <= 0 || foot.t >= 1 || foot.distance >= reach) continue;  // a node's business
-        mollified(foot.t, (p0 + foot.t * u - end) / foot.distance, foot.distance, 1 - m.weight, -m.by_u);
-      }
-      continue;
-    }
-
-    const bool inside_s = near.s > 0 && near.s < 1;
-    const bool inside_t = near.t > 0 && near.t < 1;
-    const MeshPart part = inside_t ? MeshPart::edge : MeshPart::vertex;
-    const int index = inside_t ? edge : (near.t <= 0 ? e.a : e.b);
-    if (!inside_s) {
-      const int node = near.s <= 0 ? segment : segment + 1;
-      addPointTerm(node, on_rod, on_mesh, near.distance, keyOf(node, false, part, index));
-      continue;
-    }
-    bool fresh = false;
-    Term& term = termFor(keyOf(segment, true, part, index), fresh);
-    if (!fresh) {
-      term.weight += 1;
-      continue;
-    }
-    term.node = segment;
-    term.on_segment = true;
-    term.s = near.s;
-    term.normal = normal;
-    term.distance = near.distance;
-    term.weight = 1;
-    term.mollified = false;
-    if (inside_t) {
-      const Vector3 across = u - uf / f2 * f;
-      term.dual = across / across.squaredNorm();
-    } else {
-      term.dual = u / u2;
+    addPair({segment, edge, u, f, near.s, near.t, p0 + near.s * u - a - near.t * f, near.distance}, m.weight,
+            m.by_u);
+    if (!m.fades()) continue;
+    for (const double t : {0.0, 1.0}) {
+      const Vector3& end = t == 0 ? a : b;
+      const PointSegment foot = closestPointOnSegment(end, p0, p1);
+      addPair({segment, edge, u, f, foot.t, t, p0 + foot.t * u - end, foot.distance}, 1 - m.weight, -m.by_u);
     }
   }
   return true;
@@ -271,14 +288,41 @@ double Contacts::energy() const {
   return sum;
 }
 
-double Contacts::halfClearance() const {
+double Contacts::room(const std::vector<Vector3>& positions) {
+  constexpr int kMoves = 32;
+  constexpr double kFirst = 0.5, kNext = 0.8;  // the first move, of dhat; the next one, of the last
+  by_node_.resize(terms_.size());
+  std::iota(by_node_.begin(), by_node_.end(), 0);
+  const auto term = [&](int i) -> const Term& { return terms_[static_cast<std::size_t>(i)]; };
+  std::sort(by_node_.begin(), by_node_.end(),
+            [&](int i, int j) { return std::pair(term(i).node, i) < std::pair(term(j).node, j); });
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < terms_.size(); ++i)
-    for (std::size_t j = i + 1; j < terms_.size(); ++j) {
-      const Term &a = terms_[i], &b = terms_[j];
-      if (a.node != b.node || a.normal.dot(b.normal) > -0.1) continue;
-      least = std::min(least, 0.5 * (a.distance + b.distance) - radius_);
+  for (auto first = by_node_.begin(), last = first; first != by_node_.end(); first = last) {
+    last = std::find_if(first, by_node_.end(), [&](int i) { return term(i).node != term(*first).node; });
+    const auto node = static_cast<std::size_t>(term(*first).node);
+    const Vector3 along =
+        (positions[std::min(node + 1, positions.size() - 1)] - positions[node > 0 ? node - 1 : 0])
+            .normalized();
+    const auto across = [&](int i) -> Vector3 { return term(i).normal - term(i).normal.dot(along) * along; };
+    const bool pressed = std::any_of(first, last, [&](int i) {
+      return std::any_of(first, last, [&](int j) { return across(i).dot(across(j)) < -0.1; });
+    });
+    if (!pressed) continue;
+    // The largest of the smallest gaps over all places t around, by moves away from what is nearest. What is
+    // not active is dhat away, less the way there.
+    Vector3 t = Vector3::Zero();
+    double most = 0, stride = kFirst * barrier_.dhat;
+    for (int move = 0; move < kMoves; ++move, stride *= kNext) {
+      Vector3 away = Vector3::Zero();
+      double gap = std::numeric_limits<double>::infinity();
+      for (auto i = first; i != last; ++i)
+        if (const double d = term(*i).distance - radius_ + across(*i).dot(t); d < gap)
+          gap = d, away = across(*i);
+      most = std::max(most, std::min(gap, barrier_.dhat - t.norm()));
+      t += stride * away;
     }
+    least = std::min(least, most);
+  }
   return least;
 }
 
@@ -297,23 +341,19 @@ void Contacts::addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiag
     const double slope = term.weight * b.slope, curvature = term.weight * b.curvature;
     const auto i = static_cast<std::size_t>(term.node);
     const Vector3 n0 = nodes[i].rotation.transpose() * term.normal;
+    const Vector3 push = slope * term.normal + b.energy * term.weight_by_motion;
     if (!term.on_segment) {
-      system.rhs(i).tail<3>() -= slope * n0;
+      system.rhs(i).tail<3>() -= nodes[i].rotation.transpose() * push;
       system.diagonal(i).bottomRightCorner<3, 3>().noalias() += (curvature * n0) * n0.transpose();
       continue;
     }
     const Vector3 n1 = nodes[i + 1].rotation.transpose() * term.normal;
+    const Vector3 turn = b.energy * term.weight_by_turn;
     const double s0 = 1 - term.s, s1 = term.s;
-    system.rhs(i).tail<3>() -= slope * s0 * n0;
-    system.rhs(i + 1).tail<3>() -= slope * s1 * n1;
+    system.rhs(i).tail<3>() -= nodes[i].rotation.transpose() * (s0 * push - turn);
+    system.rhs(i + 1).tail<3>() -= nodes[i + 1].rotation.transpose() * (s1 * push + turn);
     addRankOne(system, i, curvature, s0 * n0, s1 * n1);
-    if (term.mollified) {
-      const Vector3 gradient = b.energy * term.mollifier_gradient;
-      system.rhs(i).tail<3>() += nodes[i].rotation.transpose() * gradient;
-      system.rhs(i + 1).tail<3>() -= nodes[i + 1].rotation.transpose() * gradient;
-      continue;
-    }
-    addTilt(system, nodes, i, -slope, term.distance, term.s, term.normal, term.dual);
+    if (!term.mollified) addTilt(system, nodes, i, -slope, term.distance, term.s, term.normal, term.dual);
   }
 }
 
@@ -352,8 +392,9 @@ Vector3 slip(const FrictionTerm& term, const std::vector<Vector3>& positions) {
 
 }  // namespace
 
-double Contacts::normalForce(const Term& term) const {
-  return -term.weight * barrier_(term.distance - radius_).slope;
+Vector3 Contacts::contactForce(const Term& term) const {
+  const Barrier::Value b = barrier_(term.distance - radius_);
+  return -(term.weight * b.slope * term.normal + b.energy * term.weight_by_motion);
 }
 
 Vector3 Contacts::frictionForce(const FrictionTerm& term, const std::vector<Vector3>& positions) const {

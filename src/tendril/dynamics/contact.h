@@ -36,10 +36,22 @@ struct Term {
   double s;         // where on the segment
   Vector3 normal;   // from mesh to rod, unit
   double distance;  // centreline to mesh, m
-  double weight;    // number of merged pairs; with a mollified pair, its mollifier
+  double weight;    // of the merged pairs, each at most 1
   Vector3 dual;  // e*: segment direction across the mesh edge over its squared length, 1/m; only on_segment
   bool mollified;
-  Vector3 mollifier_gradient;  // of the weight by the segment's second node (minus that by its first), 1/m
+  // Of the weight by the motion of the rod's point, and by that of the segment's second node less its
+  // first's, 1/m.
+  Vector3 weight_by_motion, weight_by_turn;
+};
+
+/// How much a mesh edge counts where n points from the edge to the rod: x^2 (3 - 2 x) of x = -n .
+/// wedge/|wedge|, nothing where x < 0, which is in a valley, whose faces are nearer. An edge without a wedge
+/// counts.
+struct EdgeWeight {
+  double value = 1;
+  Vector3 by_normal = Vector3::Zero();
+
+  EdgeWeight(const MeshEdge& edge, const Vector3& normal);
 };
 
 /// A lagged friction force: Coulomb with the normal force of the step's start.
@@ -58,15 +70,16 @@ class Contacts {
 
   /// Everything that can come within the radius + dhat while node i moves from positions[i] by motion[i].
   void findCandidates(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion);
-  /// The largest fraction of the motion during which every candidate keeps `keep` of its gap.
+  /// The largest fraction of the motion that leaves every candidate what it must keep of its gap.
   [[nodiscard]] double freeFraction(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion,
-                                    double keep) const;
+                                    KeptGap keep) const;
   /// Collects the active terms at these positions. False (and no terms) if something penetrates.
   [[nodiscard]] bool evaluate(const std::vector<Vector3>& positions);
   [[nodiscard]] double energy() const;
-  /// Half of the smallest clearance left to a place on the rod between two active contacts that press on it
-  /// from opposite sides [m]; infinite if there is none.
-  [[nodiscard]] double halfClearance() const;
+  /// The gap that the tightest place of the rod could have on all sides at once if it were moved a little
+  /// across itself [m], from below; infinite where no place is pressed from opposite sides. For the terms of
+  /// these positions.
+  [[nodiscard]] double room(const std::vector<Vector3>& positions);
   /// Changes the barrier against the obstacles. It must not reach farther than the one the candidates were
   /// found for.
   void setBarrier(const Barrier& barrier) { barrier_ = barrier; }
@@ -83,15 +96,23 @@ class Contacts {
   [[nodiscard]] const std::vector<Term>& terms() const { return terms_; }
   [[nodiscard]] const std::vector<FrictionTerm>& frictionTerms() const { return friction_; }
   [[nodiscard]] const SelfContacts& selfContacts() const { return self_; }
-  /// What a term pushes the rod with, along its normal [N].
-  [[nodiscard]] double normalForce(const Term& term) const;
+  /// What a term pushes the rod's point with [N, world].
+  [[nodiscard]] Vector3 contactForce(const Term& term) const;
   /// What a friction term pulls the rod with at these positions [N, world].
   [[nodiscard]] Vector3 frictionForce(const FrictionTerm& term, const std::vector<Vector3>& positions) const;
 
  private:
   Term& termFor(std::uint64_t key, bool& fresh);
-  void addPointTerm(int node, const Vector3& p, const Vector3& on_mesh, double distance,
-                    std::uint64_t mesh_feature);
+  /// A pair of a segment and a mesh edge with directions u and f, closest at s and t and `apart` there, whose
+  /// weight is `fade` but for the edge's own.
+  struct SegmentEdgePair {
+    int segment, edge;
+    Vector3 u, f;
+    double s, t;
+    Vector3 apart;
+    double distance;
+  };
+  void addPair(const SegmentEdgePair& pair, double fade, const Vector3& fade_by_u);
 
   const Obstacles* obstacles_ = nullptr;
   double radius_ = 0;
@@ -102,7 +123,7 @@ class Contacts {
   std::vector<Term> terms_;
   std::vector<FrictionTerm> friction_;
   double slip_length_ = 0;  // m, below which friction is smoothed
-  std::vector<int> faces_;
+  std::vector<int> faces_, by_node_;
   std::vector<std::uint32_t> edge_stamp_;
   std::uint32_t stamp_ = 0;
   std::vector<std::int32_t> slots_;  // open-addressing table from key to term

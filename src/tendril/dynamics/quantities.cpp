@@ -97,7 +97,7 @@ void measureContacts(RodWorkspace::Impl& w, double h, Quantities& q) {
   };
   for (const contact::Term& term : w.contacts.terms())
     q.contacts.push_back({(term.node + term.s) * h, at(term.node, term.s) - term.distance * term.normal,
-                          w.contacts.normalForce(term) * term.normal});
+                          w.contacts.contactForce(term)});
   for (const contact::FrictionTerm& term : w.contacts.frictionTerms())
     q.friction.push_back(
         {(term.node + term.s) * h, at(term.node, term.s), w.contacts.frictionForce(term, w.positions)});

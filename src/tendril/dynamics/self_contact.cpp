@@ -49,7 +49,7 @@ void SelfContacts::findCandidates(const std::vector<Vector3>& positions, const s
 }
 
 double SelfContacts::freeFraction(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion,
-                                  double keep) const {
+                                  KeptGap keep) const {
   double fraction = 1;
   for (const Pair& pair : candidates_) {
     const auto i = static_cast<std::size_t>(pair.i), j = static_cast<std::size_t>(pair.j);

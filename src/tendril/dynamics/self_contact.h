@@ -20,7 +20,7 @@ class SelfContacts {
 
   void findCandidates(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion);
   [[nodiscard]] double freeFraction(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion,
-                                    double keep) const;
+                                    KeptGap keep) const;
   [[nodiscard]] bool evaluate(const std::vector<Vector3>& positions);
   [[nodiscard]] double energy() const;
   /// The Hessian keeps each side's own blocks, doubled: (a - b)^2 <= 2 a^2 + 2 b^2 keeps the system

@@ -133,13 +133,14 @@ double withinLimits(const RodModel& model, double fraction, const RodWorkspace::
   return fraction;
 }
 
-/// The largest part, in [0, 1], of `fraction` of w.motion that keeps a tenth of every gap. Leaves the
-/// candidates of the whole motion in w.contacts.
+/// The largest part, in [0, 1], of `fraction` of w.motion that keeps a tenth of every gap, and half of what
+/// is within the barrier's reach: an iteration at most doubles a small gap. Leaves the candidates of the
+/// whole motion in w.contacts.
 double freePart(double fraction, RodWorkspace::Impl& w) {
   if (!w.has_contacts) return 1;
   for (std::size_t i = 0; i < w.motion.size(); ++i) w.limited_motion[i] = fraction * w.motion[i];
   w.contacts.findCandidates(w.positions, w.limited_motion);
-  return w.contacts.freeFraction(w.positions, w.limited_motion, kKeptGap);
+  return w.contacts.freeFraction(w.positions, w.limited_motion, {kKeptGap, w.contacts.barrier().dhat});
 }
 
 /// A step of the model's time step.
@@ -162,9 +163,9 @@ StepReport stepOnce(const RodModel& model, const std::array<GripperGoal, 2>& goa
       return report;
     }
     // A barrier that reaches beyond the middle of a passage plugs it.
-    const double reach = model.simulation.contact_distance, half = w.contacts.halfClearance();
-    if (half < reach) {
-      w.contacts.setBarrier(barrierFor(model, std::max(half, kLeastReach * reach)));
+    const double reach = model.simulation.contact_distance, room = w.contacts.room(w.positions);
+    if (room < reach) {
+      w.contacts.setBarrier(barrierFor(model, std::max(room, kLeastReach * reach)));
       if (!w.contacts.evaluate(w.positions)) assert(false && "the same positions were free");
     }
     // Slip below a hundredth of the gripper's travel counts as sticking.

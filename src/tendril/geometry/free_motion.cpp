@@ -54,7 +54,7 @@ Body<N> atRest(const std::array<Vector3, N>& corners) {
 ///
 /// `between(p, q)` returns the vector from the closest point of Q to that of P, for the corners p, q.
 template <std::size_t NP, std::size_t NQ, class Between>
-double freeMotion(const Body<NP>& p, const Body<NQ>& q, double radius, double keep, const Between& between) {
+double freeMotion(const Body<NP>& p, const Body<NQ>& q, double radius, KeptGap keep, const Between& between) {
   constexpr int kPlanes = 64;
   constexpr double kWorthwhile = 1e-4;  // stop when a plane adds less than this fraction of the time so far
   constexpr double kLargest = 1e150;    // coordinates whose squares could overflow
@@ -66,7 +66,7 @@ double freeMotion(const Body<NP>& p, const Body<NQ>& q, double radius, double ke
   const double size = p.largestCoordinate() + q.largestCoordinate();
   if (!(gap > 0 && size < kLargest)) return 0;
   const double rounding = 64 * kEpsilon * size + std::numeric_limits<double>::min();
-  const double target = radius + keep * gap + rounding;
+  const double target = radius + keep.of(gap) + rounding;
 
   double t = 0;
   std::array<Vector3, NP> at_p = p.corners;
@@ -115,25 +115,25 @@ Vector3 segmentFromTriangle(const std::array<Vector3, 2>& p, const std::array<Ve
 }  // namespace
 
 double freeMotionPointTriangle(const Vector3& p, const Vector3& d, const Vector3& a, const Vector3& b,
-                               const Vector3& c, double radius, double keep) {
+                               const Vector3& c, double radius, KeptGap keep) {
   return freeMotion(Body<1>{{p}, {d}}, atRest<3>({a, b, c}), radius, keep,
                     [](const auto& at_p, const auto& at_q) { return pointFromTriangle(at_p[0], at_q); });
 }
 
 double freeMotionSegmentEdge(const Vector3& p0, const Vector3& p1, const Vector3& d0, const Vector3& d1,
-                             const Vector3& a, const Vector3& b, double radius, double keep) {
+                             const Vector3& a, const Vector3& b, double radius, KeptGap keep) {
   return freeMotion(Body<2>{{p0, p1}, {d0, d1}}, atRest<2>({a, b}), radius, keep, segmentFromSegment);
 }
 
 double freeMotionSegmentTriangle(const Vector3& p0, const Vector3& p1, const Vector3& d0, const Vector3& d1,
                                  const Vector3& a, const Vector3& b, const Vector3& c, double radius,
-                                 double keep) {
+                                 KeptGap keep) {
   return freeMotion(Body<2>{{p0, p1}, {d0, d1}}, atRest<3>({a, b, c}), radius, keep, segmentFromTriangle);
 }
 
 double freeMotionSegmentSegment(const Vector3& p0, const Vector3& p1, const Vector3& dp0, const Vector3& dp1,
                                 const Vector3& q0, const Vector3& q1, const Vector3& dq0, const Vector3& dq1,
-                                double radius, double keep) {
+                                double radius, KeptGap keep) {
   return freeMotion(Body<2>{{p0, p1}, {dp0, dp1}}, Body<2>{{q0, q1}, {dq0, dq1}}, radius, keep,
                     segmentFromSegment);
 }
