@@ -28,18 +28,17 @@ TEST(Extend, BringsFirstTheLeadingGripperThenTheOtherToItsTarget) {
   for (const End leading : kBothEnds) {
     RodState state = RodState::atRest(straight({}, 1, 16));
     RodWorkspace workspace;
-    const ExtendControl control{
-        leading,
-        {Pose{Quaternion::Identity(), {0.5, 0.5, 0}}, Pose{Quaternion::Identity(), {1.4, 0.6, 0.1}}}};
-    const ExtendReport report = extend(control, state, workspace, never);
+    const std::array<Pose, 2> targets = {Pose{Quaternion::Identity(), {0.5, 0.5, 0}},
+                                         Pose{Quaternion::Identity(), {1.4, 0.6, 0.1}}};
+    const ExtendReport report = extend(algorithm1(leading, targets), state, workspace, never);
     ASSERT_EQ(report.controls.size(), 2U);
     EXPECT_EQ(report.controls[0].moving, leading);
     EXPECT_FALSE(report.controls[0].isHeld(other(leading)));  // let go
     EXPECT_EQ(report.controls[1].moving, other(leading));
     EXPECT_TRUE(report.controls[1].isHeld(leading));
     EXPECT_EQ(report.controls[0].end_s, report.controls[1].start_s);
-    EXPECT_LT((state.nodes.front().position - control.targets[0].position).norm(), 0.015);
-    EXPECT_LT((state.nodes.back().position - control.targets[1].position).norm(), 0.015);
+    EXPECT_LT((state.nodes.front().position - targets[0].position).norm(), 0.015);
+    EXPECT_LT((state.nodes.back().position - targets[1].position).norm(), 0.015);
   }
 }
 
@@ -49,7 +48,7 @@ TEST(Extend, RunsOnlyWhileTheDistanceIsGreaterThanEpsilon) {
   const RodModel model(s, o);
   RodState state = RodState::atRest(straight({}, 1, 16));
   RodWorkspace workspace;
-  const ExtendControl there{End::first, {state.nodes.front(), state.nodes.back()}};
+  const Extension there = algorithm1(End::first, {state.nodes.front(), state.nodes.back()});
   EXPECT_EQ(Extend(model, {.reach = 0.01})(there, state, workspace, never).steps, 0);
 }
 
@@ -57,8 +56,8 @@ TEST(Extend, PhaseEndsAtItsLimitAndWhenNothingMovesAnyMore) {
   Scenario s = openScenario();
   const Obstacles wall = obstaclesOf({block({-0.5, -3, -3}, {-0.4, 3, 3})});
   const RodModel model(s, wall);
-  const ExtendControl through{
-      End::first, {Pose{Quaternion::Identity(), {-1.5, 0, 0}}, Pose{Quaternion::Identity(), {-0.5, 0.5, 0}}}};
+  const Extension through = algorithm1(
+      End::first, {Pose{Quaternion::Identity(), {-1.5, 0, 0}}, Pose{Quaternion::Identity(), {-0.5, 0.5, 0}}});
   RodWorkspace workspace;
   RodState state = RodState::atRest(straight({}, 1, 16));
   ExtendReport report = Extend(model, {.reach = 0.01, .phase_limit = 1})(through, state, workspace, never);
@@ -77,8 +76,8 @@ TEST(Extend, PhaseEndsWithTheLastStateInsideTheWorkspace) {
   RodState state = RodState::atRest(straight({}, 1, 16));
   RodWorkspace workspace;
   TrajectoryRecorder recorder(model, state.nodes);
-  const ExtendControl out{End::last,
-                          {Pose{Quaternion::Identity(), {1, 0, 0}}, Pose{Quaternion::Identity(), {2, 0, 0}}}};
+  const Extension out = algorithm1(
+      End::last, {Pose{Quaternion::Identity(), {1, 0, 0}}, Pose{Quaternion::Identity(), {2, 0, 0}}});
   const ExtendReport report = Extend(model, {.reach = 0.01})(out, state, workspace, never, &recorder);
   for (const RodShape& shape : recorder.trajectory().shapes)
     for (const Pose& node : shape) EXPECT_LE(node.position.x(), 1.3);

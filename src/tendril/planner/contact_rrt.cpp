@@ -170,7 +170,7 @@ void ContactRrt::growFromGoal(const RodShape& start, const Stop& stop) {
   if (growth < 2) {  // straight out, by either end
     constexpr int kPieces = 9;
     const End end = growth == 0 ? End::last : End::first;
-    grow(from_goal_, 0, start, along(model_.rod, end, 1, kPieces), stop);
+    grow(from_goal_, 0, start, along(model_.rod, end, kPiece, kPieces), stop);
     return;
   }
   RodShape target = start;

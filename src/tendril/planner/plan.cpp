@@ -11,6 +11,7 @@
 #include <ompl/util/RandomNumbers.h>
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <ctime>
@@ -76,6 +77,17 @@ RodProperties coarseRod(const RodProperties& rod, int elements) {
   double turn = 0;  // rad, of the whole rod if it were curved as much as where it is curved most
   for (int k = 0; k < rod.elements; ++k) turn = std::max(turn, rod.restCurvature(k).norm() * rod.length);
   return withElements(rod, std::min(std::max(elements, static_cast<int>(std::ceil(turn))), rod.elements));
+}
+
+/// The scenario to explore with a rod of so many elements (0: its own), in longer, less exact steps.
+Scenario coarseScenario(const Scenario& scenario, int elements) {
+  Scenario coarse = scenario;
+  if (elements > 0) coarse.rod = coarseRod(scenario.rod, elements);
+  SimulationSettings& simulation = coarse.simulation;
+  simulation.time_step = std::max(scenario.planner.explore_time_step_s, simulation.time_step);
+  simulation.newton_iterations = scenario.planner.explore_newton_iterations;
+  simulation.step_tolerance = 0;
+  return coarse;
 }
 
 /// A state reached by the exact simulation, with the extensions that lead to it from the start.
@@ -211,22 +223,36 @@ Exploration Explorer::explore(const std::vector<Root>& roots, int extends) {
 std::vector<Extension> Explorer::shortened(const RodShape& start, std::vector<Extension> chain) {
   const Extend extend(model_, extendSettings());
   RodWorkspace workspace;
-  RodState before = RodState::atRest(resample(start, model_.rod.elements));
-  for (std::size_t k = 0; k + 1 < chain.size() && !work_.stop();) {
-    // Does the goal come without EXTEND k? The chain may even end earlier.
-    RodState state = before;
-    std::size_t end = k + 1;
-    bool reached = goal_(state.nodes);
-    for (; end < chain.size() && !reached; ++end) {
-      work_.count(extend(chain[end], state, workspace, work_.stop).steps, model_);
-      reached = goal_(state.nodes);
-    }
-    if (reached) {
-      chain.resize(end);
-      chain.erase(chain.begin() + static_cast<std::ptrdiff_t>(k));
-    } else {
-      work_.count(extend(chain[k], before, workspace, work_.stop).steps, model_);
-      ++k;
+  const auto carryOut = [&](const Extension& extension, RodState& state) {
+    const std::int64_t steps = extend(extension, state, workspace, work_.stop).steps;
+    work_.count(steps, model_);
+    return steps;
+  };
+  const RodState begin = RodState::atRest(resample(start, model_.rod.elements));
+  // What it may cost: the chain itself a few times.
+  constexpr std::int64_t kRepetitions = 3;
+  std::int64_t allowed = 0;
+  RodState state = begin;
+  for (const Extension& extension : chain) allowed += kRepetitions * carryOut(extension, state);
+
+  for (std::size_t size = std::bit_floor(chain.size()); size > 0; size /= 2) {
+    RodState before = begin;
+    for (std::size_t k = 0; k + size < chain.size() && allowed > 0 && !work_.stop();) {
+      // Does the goal come without extensions k to k + size - 1? The chain may even end earlier.
+      state = before;
+      std::size_t end = k + size;
+      bool reached = goal_(state.nodes);
+      for (; end < chain.size() && !reached; ++end) {
+        allowed -= carryOut(chain[end], state);
+        reached = goal_(state.nodes);
+      }
+      if (reached) {
+        chain.resize(end);
+        chain.erase(chain.begin() + static_cast<std::ptrdiff_t>(k),
+                    chain.begin() + static_cast<std::ptrdiff_t>(k + size));
+      } else {
+        for (const std::size_t next = k + size; k < next; ++k) allowed -= carryOut(chain[k], before);
+      }
     }
   }
   return chain;
@@ -313,22 +339,22 @@ struct Outcome {
 /// The problem and what is needed to attempt it.
 struct Problem {
   const Scenario& scenario;
-  Scenario coarse;
+  Scenario coarse, finer;  // what attempts explore
   const Obstacles& obstacles;
   const PlanRequest& request;
   RodShape start, goal;
 };
 
 /// Explores, replays exactly what was found, and where the replay departs, explores on from the states it
-/// passed. `exactly`: explores with the rod's own resolution, whose replay is itself.
-Outcome attempt(const Problem& problem, bool exactly, int extends, std::uint64_t seed,
+/// passed. At the scenario's own resolution the replay is the exploration itself.
+Outcome attempt(const Problem& problem, const Scenario& explored, int extends, std::uint64_t seed,
                 ompl_spaces::Work& work) {
   constexpr int kExplorations = 3;
   Random random(seed);
   Explorer exact(problem.scenario, problem.obstacles, problem.goal, problem.request, random, work);
+  const bool exactly = &explored == &problem.scenario;
   std::optional<Explorer> coarse;
-  if (!exactly)
-    coarse.emplace(problem.coarse, problem.obstacles, problem.goal, problem.request, random, work);
+  if (!exactly) coarse.emplace(explored, problem.obstacles, problem.goal, problem.request, random, work);
   Explorer& explorer = exactly ? exact : *coarse;
 
   Outcome outcome;
@@ -353,7 +379,7 @@ Outcome attempt(const Problem& problem, bool exactly, int extends, std::uint64_t
   return outcome;
 }
 
-constexpr int kFirstAttempt = 400;  // extensions
+constexpr int kFirstAttempt = 300;  // extensions
 
 /// Luby's sequence 1 1 2 1 1 2 4 1 1 2 ..., from k = 0 (Luby, Sinclair and Zuckerman 1993): restarts that are
 /// within a logarithm of the best there are, whatever the distribution.
@@ -455,11 +481,13 @@ void Portfolio::work(bool reports) {
       if (reports) report(mine->work);
       return supervisor_.stop() || first_solved_ < number || (!tendril && mine->work.extends >= most);
     };
-    constexpr int kExactEvery = 4;  // a coarse rod may mislead
-    const bool exactly = !tendril || number % kExactEvery == kExactEvery - 1;
+    // A coarse rod may mislead: it jams where its elements are too long for a bend.
+    const Scenario* const resolutions[] = {&problem_.coarse, &problem_.finer, &problem_.coarse,
+                                           &problem_.scenario};
+    const Scenario& explored = tendril ? *resolutions[number % 4] : problem_.scenario;
     // Every attempt has its own randomness, the same whoever makes it.
     Outcome outcome = attempt(
-        problem_, exactly, most,
+        problem_, explored, most,
         Random(problem_.request.seed + 0x9E3779B97F4A7C15ULL * static_cast<std::uint64_t>(number)).bits(),
         mine->work);
     const std::lock_guard lock(mutex_);
@@ -482,18 +510,14 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
     throw InputError(
         fmt::format("unknown planner \"{}\"; use one of: {}.", request.planner, fmt::join(names, ", ")));
   const double cpu_before = cpuSeconds();
-  Problem problem{.scenario = scenario,
-                  .coarse = scenario,
-                  .obstacles = obstacles,
-                  .request = request,
-                  .start = startShape(scenario, obstacles),
-                  .goal = goalShape(scenario, obstacles)};
-  Scenario& coarse = problem.coarse;
-  if (scenario.planner.explore_elements > 0)
-    coarse.rod = coarseRod(scenario.rod, scenario.planner.explore_elements);
-  coarse.simulation.time_step = std::max(scenario.planner.explore_time_step_s, scenario.simulation.time_step);
-  coarse.simulation.newton_iterations = scenario.planner.explore_newton_iterations;
-  coarse.simulation.step_tolerance = 0;
+  const PlannerSettings& settings = scenario.planner;
+  const Problem problem{.scenario = scenario,
+                        .coarse = coarseScenario(scenario, settings.explore_elements),
+                        .finer = coarseScenario(scenario, 0),
+                        .obstacles = obstacles,
+                        .request = request,
+                        .start = startShape(scenario, obstacles),
+                        .goal = goalShape(scenario, obstacles)};
 
   ompl::msg::noOutputHandler();
   Random random(request.seed);
@@ -531,7 +555,6 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
   solution.run.seed = request.seed;
   solution.run.threads = request.threads;
   solution.run.planner["name"] = request.planner;
-  PlannerSettings settings = scenario.planner;
   visitPlannerSettings(settings,
                        [&](const char* key, auto& value, auto&&...) { solution.run.planner[key] = value; });
   solution.run.iterations = portfolio.extends;

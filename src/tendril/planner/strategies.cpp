@@ -5,6 +5,8 @@
 namespace tendril {
 namespace {
 
+constexpr double kStuck = 0.1;  // of a piece: an end that got less far is stuck
+
 End randomEnd(Random& random) { return random.uniform() < 0.5 ? End::last : End::first; }
 
 /// Algorithm 1.
@@ -25,24 +27,39 @@ class Along : public ExtendStrategy {
   Steps begin(const RodProperties& rod, const RodShape&, const RodShape&, Random& random) const override {
     const End end = randomEnd(random);
     const double direction = random.uniform() < kPull ? 1 : -1;
-    const int pieces = 1 + static_cast<int>(random.uniform(0, kMostPieces));
-    return along(rod, end, direction, pieces);
+    const double piece = random.uniform() < 0.5 ? kPiece : kShortPiece;
+    const double way = random.uniform(piece, kLongestWay);
+    return along(rod, end, direction * piece, static_cast<int>(std::ceil(way / piece)));
   }
 
  private:
-  static constexpr double kPull = 0.7;  // else it pushes
-  static constexpr double kMostPieces = 8;
+  static constexpr double kPull = 0.7;         // else it pushes
+  static constexpr double kLongestWay = 3;     // L: it ends where nothing moves any more
+  static constexpr double kShortPiece = 0.05;  // L: follows narrow bends
 };
 
 }  // namespace
 
-ExtendStrategy::Steps along(const RodProperties& rod, End end, double direction, int pieces) {
-  const double way = direction * (end == End::last ? 1 : -1) * kPiece * rod.length;
+ExtendStrategy::Steps along(const RodProperties& rod, End end, double piece, int pieces) {
+  const double way = std::abs(piece) * rod.length;
+  const double outward = end == End::last ? 1 : -1, sign = piece < 0 ? -1 : 1;
+  std::optional<Vector3> before;
   return [=](const RodShape& now) mutable -> std::optional<Extension> {
+    const Pose& at = endPose(now, end);
+    Vector3 direction = sign * outward * (at.rotation * Vector3::UnitX());
+    if (before) {  // what it meets turns it
+      const Vector3 moved = at.position - *before;
+      if (moved.norm() < kStuck * way) return std::nullopt;
+      direction = moved.normalized();
+    }
     if (pieces-- == 0) return std::nullopt;
-    Pose target = endPose(now, end);
-    target.position += way * (target.rotation * Vector3::UnitX());
-    return Extension{{{.moving = end, .hold_other = false, .target = target}}};
+    before = at.position;
+    // The shortest turn that takes the end's tangent to where it goes.
+    const Quaternion turn =
+        Quaternion::FromTwoVectors(at.rotation * Vector3::UnitX(), sign * outward * direction);
+    return Extension{{{.moving = end,
+                       .hold_other = false,
+                       .target = {(turn * at.rotation).normalized(), at.position + way * direction}}}};
   };
 }
 
