@@ -473,7 +473,7 @@ void Portfolio::work(bool reports) {
       const std::int64_t left = limit - granted_;
       if (left <= 0) return supervisor_.giveUp(Reason::extends);
       most = static_cast<int>(std::min<std::int64_t>(
-          left, tendril ? std::int64_t{kFirstAttempt} * luby(number) : std::numeric_limits<int>::max()));
+          left, tendril ? std::int64_t{kFirstAttempt} * luby(number / 2) : std::numeric_limits<int>::max()));
       granted_ += most;
       mine = &attempts_.emplace_back();
     }
@@ -481,10 +481,12 @@ void Portfolio::work(bool reports) {
       if (reports) report(mine->work);
       return supervisor_.stop() || first_solved_ < number || (!tendril && mine->work.extends >= most);
     };
-    // A coarse rod may mislead: it jams where its elements are too long for a bend.
-    const Scenario* const resolutions[] = {&problem_.coarse, &problem_.finer, &problem_.coarse,
-                                           &problem_.scenario};
-    const Scenario& explored = tendril ? *resolutions[number % 4] : problem_.scenario;
+    // A coarse rod may mislead: it jams where its elements are too long for a bend. So every other attempt
+    // has the rod's own elements, and a few of these its own steps, too.
+    constexpr int kExact = 8;
+    const Scenario& explored = !tendril || number % kExact == kExact - 1 ? problem_.scenario
+                               : number % 2 == 1                         ? problem_.finer
+                                                                         : problem_.coarse;
     // Every attempt has its own randomness, the same whoever makes it.
     Outcome outcome = attempt(
         problem_, explored, most,
