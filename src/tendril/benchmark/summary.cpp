@@ -98,7 +98,9 @@ std::string restartTable(std::span<const BenchmarkStatistics> statistics) {
   for (const BenchmarkStatistics& s : statistics) {
     const bool helps = s.restart && s.restart->expected < s.expected_time;
     table.row({s.scenario, s.planner, figure(s.expected_time),
-               helps ? figure(s.restart->cutoff) : "no restart helps",
+               helps       ? figure(s.restart->cutoff)
+               : s.restart ? "no restart helps"
+                           : kNone,
                helps ? figure(s.restart->expected) : kNone});
   }
   return table.text();
