@@ -14,5 +14,6 @@ void addView(CLI::App& app, int& status);
 void addSample(CLI::App& app, int& status);
 void addEquilibrium(CLI::App& app, int& status);
 void addSimulate(CLI::App& app, int& status);
+void addBenchmark(CLI::App& app, int& status);
 
 }  // namespace tendril::app

@@ -29,6 +29,7 @@ int main(int argc, char** argv) {
   app::addSample(app, status);
   app::addEquilibrium(app, status);
   app::addSimulate(app, status);
+  app::addBenchmark(app, status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

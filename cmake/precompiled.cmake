@@ -13,10 +13,10 @@ function(tendril_add_precompiled NAME)
                                             ${PRECOMPILED_UNPARSED_ARGUMENTS})
 endfunction()
 
-# tendril_use_precompiled(TARGET PREFIX MODULE): TARGET uses PREFIX, or PREFIX_json if MODULE works with solution.h or
-# scenario/document.h.
+# tendril_use_precompiled(TARGET PREFIX MODULE): TARGET uses PREFIX, or PREFIX_json if MODULE works with solution.h,
+# benchmark.h or scenario/document.h.
 function(tendril_use_precompiled TARGET PREFIX MODULE)
-  if(MODULE MATCHES "^(scenario|solution|planner|verification|viewer)$")
+  if(MODULE MATCHES "^(scenario|solution|planner|verification|viewer|benchmark)$")
     string(APPEND PREFIX _json)
   endif()
   target_precompile_headers(${TARGET} REUSE_FROM ${PREFIX})

@@ -6,7 +6,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SOURCES = ROOT / "src" / "tendril"
 # Libraries that stay inside one module's folder, where every file is private: what an include begins with, the module.
-WALLED = {"ompl/": "planner", "embree": "geometry", "assimp/": "geometry", "yaml-cpp/": "scenario"}
+WALLED = {"ompl/": "planner", "embree": "geometry", "assimp/": "geometry", "yaml-cpp/": "scenario", "sqlite3": "benchmark"}
 
 
 def depends_table():
