@@ -410,13 +410,12 @@ void singlePath(const SingleRod& rod, const Steps& steps, double* y, double (*re
     Rates<double, kN> k;
     double z[kN], energy = y[kEnergy];
     Section<double> s;
-#pragma GCC unroll 1
-    for (int stage = 0; stage < kStages; ++stage) {
-      stageState<kN>(stage, y, k, 0, z);
-      model.setForce(rod, steps.start + (step + kNode[stage]) * steps.h);
-      energy = multiplyAdd(kA[kStages][stage], singleRate(model, z, s, k[stage]), energy);
-    }
-    stageState<kN>(kStages, y, k, 0, y);
+    forEach<kStages>([&]<int S>() __attribute__((always_inline)) {
+      unrolledStageState<S>(y, k, z);
+      model.setForce(rod, steps.start + (step + kNode[S]) * steps.h);
+      energy = multiplyAdd(kA[kStages][S], singleRate(model, z, s, k[S]), energy);
+    });
+    unrolledStageState<kStages>(y, k, y);
     y[kEnergy] = energy;
     renormalise(y);
   }
