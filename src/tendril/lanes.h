@@ -8,6 +8,11 @@
 
 #include <cmath>
 #include <span>
+#include <type_traits>
+
+#ifdef __FMA__
+#include <immintrin.h>
+#endif
 
 #define TENDRIL_INLINE [[gnu::always_inline]] inline
 
@@ -50,7 +55,44 @@ TENDRIL_INLINE const double* lanes(const T& v) {
 
 template <class T>
 TENDRIL_INLINE T broadcast(double value) {
-  return T{} + value;
+  return value - T{};  // which is value, whatever its sign
+}
+
+/// a b + c, rounded once. A factor may be a double where the others are lanes.
+template <class A, class B, class T>
+TENDRIL_INLINE T multiplyAdd(const A& a, const B& b, const T& c) {
+  if constexpr (!std::is_same_v<A, T>) {
+    return multiplyAdd(broadcast<T>(a), b, c);
+  } else if constexpr (!std::is_same_v<B, T>) {
+    return multiplyAdd(a, broadcast<T>(b), c);
+#ifdef __AVX512F__
+  } else if constexpr (kWidth<T> == 8) {
+    return _mm512_fmadd_pd(a, b, c);
+#endif
+#ifdef __FMA__
+  } else if constexpr (kWidth<T> == 4) {
+    return _mm256_fmadd_pd(a, b, c);
+#endif
+  } else {
+    T out;
+    for (int l = 0; l < kWidth<T>; ++l) lanes(out)[l] = std::fma(lanes(a)[l], lanes(b)[l], lanes(c)[l]);
+    return out;
+  }
+}
+/// c - a b, rounded once.
+template <class A, class B, class T>
+TENDRIL_INLINE T subtractProduct(const A& a, const B& b, const T& c) {
+  return multiplyAdd(-a, b, c);
+}
+/// a b - c d; the first product is rounded, then the result.
+template <class A, class B>
+TENDRIL_INLINE auto differenceOfProducts(const A& a, const B& b, const A& c, const B& d) {
+  return subtractProduct(c, d, a * b);
+}
+/// a0 b0 + a1 b1 + a2 b2.
+template <class A, class B>
+TENDRIL_INLINE auto dot(const A& a0, const B& b0, const A& a1, const B& b1, const A& a2, const B& b2) {
+  return multiplyAdd(a2, b2, multiplyAdd(a1, b1, a0 * b0));
 }
 template <class T>
 TENDRIL_INLINE T smaller(const T& a, const T& b) {

@@ -2,9 +2,11 @@
 // segments compose.
 #include "tendril/statics/kernel.h"
 
+#include <cmath>
 #include <cstring>
 
 #include "heavy_reference.h"
+#include "tendril/lanes.h"
 #include "tendril/statics/conjugate_points.h"
 #include "tendril/statics/integrator.h"
 
@@ -74,6 +76,17 @@ TEST(Kernel, ThisMachinesKernelsHaveTheirNamesAndLanesOnce) {
   ASSERT_FALSE(all.empty());
   EXPECT_STREQ(all.front()->name, "portable");
   for (std::size_t i = 1; i < all.size(); ++i) EXPECT_GT(all[i]->lanes, all[i - 1]->lanes);
+}
+
+TEST(Lanes, ProductsAndSumsThatAreFusedAreRoundedOnce) {
+  const double e = std::ldexp(1.0, -30);
+  using T = Lanes<2>;
+  const T a = {1 + e, 1 - e}, square = {1 + 2 * e, 1 - 2 * e};  // but for e^2, which rounding a a would lose
+  const T over = multiplyAdd(a, a, -square), under = subtractProduct(a, a, square);
+  for (int l = 0; l < 2; ++l) {
+    EXPECT_EQ(lanes(over)[l], e * e);
+    EXPECT_EQ(lanes(under)[l], -e * e);
+  }
 }
 
 TEST(Kernel, EveryInstructionSetGivesTheSameBitsForManyRods) {

@@ -11,8 +11,9 @@ std::span<const InstructionSet> instructionSets() {
   static const std::vector<InstructionSet> available = [] {
     std::vector<InstructionSet> list = {InstructionSet::portable};
 #ifdef TENDRIL_X86_KERNELS
-    if (__builtin_cpu_supports("avx2")) list.push_back(InstructionSet::avx2);
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+    const bool fused = __builtin_cpu_supports("fma");
+    if (fused && __builtin_cpu_supports("avx2")) list.push_back(InstructionSet::avx2);
+    if (fused && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
         __builtin_cpu_supports("avx512vl"))
       list.push_back(InstructionSet::avx512);
 #endif

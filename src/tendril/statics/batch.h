@@ -44,9 +44,10 @@ class Batch {
         [&] {
           joints_.resize(aligned_.size());
           kernel().joints(rod().kernel, aligned_, accuracy.margin, stop, joints_.data());
+          lookAgain(wrenches);
           NaturalEnd end;
           for (std::size_t k = 0; k < aligned_.size(); ++k) {
-            const bool stable = isStable(k, wrenches[index_[k]]);
+            const bool stable = joints_[k].screening == Screening::stable;
             if (stable || !stop) Integrator::fromKernel(aligned_[k], joints_[k], end);
             end.stable = stable;
             with(index_[k], end);
@@ -61,13 +62,17 @@ class Batch {
         [&] {
           joints_.resize(aligned_.size());
           kernel().joints(rod().kernel, aligned_, kScreening.margin, true, joints_.data());
-          for (std::size_t k = 0; k < aligned_.size(); ++k) with(index_[k], isStable(k, wrenches[index_[k]]));
+          lookAgain(wrenches);
+          for (std::size_t k = 0; k < aligned_.size(); ++k)
+            with(index_[k], joints_[k].screening == Screening::stable);
         });
   }
 
  private:
   /// Rods worked on at a time: what is in between stays in the processor's second cache.
-  static constexpr std::size_t kChunk = 256;
+  static constexpr std::size_t kChunk = 512;
+  /// So many are done sooner one by one.
+  static constexpr std::size_t kFew = 2;
 
   /// Chunk by chunk, lays out the rods for the kernels and calls together(); calls alone(i) for every other.
   template <class Alone, class Together>
@@ -85,9 +90,27 @@ class Batch {
       together();
     }
   }
-  [[nodiscard]] bool isStable(std::size_t k, const Vector6& a) {
-    if (joints_[k].screening != Screening::unsure) return joints_[k].screening == Screening::stable;
-    return single_.isStableAtSecondLook(a, Vector3::Zero());
+  /// Settles what the screening of this chunk left unsure.
+  void lookAgain(std::span<const Vector6> wrenches) {
+    unsure_.clear();
+    for (std::size_t k = 0; k < joints_.size(); ++k)
+      if (joints_[k].screening == Screening::unsure) unsure_.push_back(k);
+    const auto wrench = [&](std::size_t i) -> const Vector6& { return wrenches[index_[unsure_[i]]]; };
+    const auto settle = [&](std::size_t i, bool stable) {
+      joints_[unsure_[i]].screening = stable ? Screening::stable : Screening::unstable;
+    };
+    if (unsure_.size() <= kFew) {
+      for (std::size_t i = 0; i < unsure_.size(); ++i) settle(i, single_.isStableAtSecondLook(wrench(i)));
+      return;
+    }
+    closer_.clear(), closer_ends_.resize(unsure_.size());
+    for (std::size_t i = 0; i < unsure_.size(); ++i)
+      closer_.push_back(aligned(wrench(i), rod().stepCount(wrench(i), kSecondLook)));
+    kernel().joints(rod().kernel, closer_, kSecondLook.margin, true, closer_ends_.data());
+    for (std::size_t i = 0; i < unsure_.size(); ++i)
+      settle(i, closer_ends_[i].screening == Screening::unsure
+                    ? single_.isStableByFineWalk(wrench(i), Vector3::Zero())
+                    : closer_ends_[i].screening == Screening::stable);
   }
   [[nodiscard]] NaturalEnd alone(const Vector6& a, const Accuracy& accuracy) {
     NaturalEnd end;
@@ -103,6 +126,9 @@ class Batch {
   std::vector<std::size_t> index_;  // of each of them among those asked for
   std::vector<PathEnd> paths_;
   std::vector<JointEnd> joints_;
+  std::vector<AlignedWrench> closer_;  // the second look
+  std::vector<std::size_t> unsure_;    // of each of them among joints_
+  std::vector<JointEnd> closer_ends_;
 };
 
 }  // namespace tendril::statics

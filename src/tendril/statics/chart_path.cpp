@@ -151,15 +151,15 @@ ChartPath chartPath(const RodProperties& rod, const PoseAndWrench& from, const P
   if (follow({Leg{a, none, true}, Leg{none, b, true}}) || follow({Leg{a, none}, Leg{none, b}})) return path;
   // By way of the library rods nearest to either end's wrench.
   const auto library = libraryFor(finder.rod());
-  std::vector<std::pair<double, std::size_t>> order(library->size());
+  std::vector<std::pair<double, std::size_t>> order(library->rods.size());
   const Vector6 scale = (Vector6() << 1, 1, 1, 0.15, 0.15, 0.15).finished();
   for (std::size_t i = 0; i < order.size(); ++i) {
-    const Vector6& half = (*library)[i].a;
+    const Vector6& half = library->rods[i].a;
     order[i] = {(half - a).cwiseProduct(scale).norm() + (half - b).cwiseProduct(scale).norm(), i};
   }
   std::sort(order.begin(), order.end());
   for (std::size_t i = 0; i < std::min<std::size_t>(kDetours, order.size()); ++i) {
-    const Vector6& half = (*library)[order[i].second].a;
+    const Vector6& half = library->rods[order[i].second].a;
     if (follow({Leg{a, half}, Leg{half, b}})) return path;
   }
   return path;

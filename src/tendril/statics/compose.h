@@ -20,7 +20,7 @@ TENDRIL_INLINE T factorise(T* a) {
     for (int i = k + 1; i < 6; ++i) {
       const T l = a[6 * i + k] * inverse;
 #pragma GCC unroll 6
-      for (int j = k + 1; j <= i; ++j) a[6 * i + j] = a[6 * i + j] - l * a[6 * j + k];
+      for (int j = k + 1; j <= i; ++j) a[6 * i + j] = subtractProduct(l, a[6 * j + k], a[6 * i + j]);
     }
 #pragma GCC unroll 6
     for (int i = k + 1; i < 6; ++i) a[6 * i + k] = a[6 * i + k] * inverse;
@@ -38,7 +38,7 @@ TENDRIL_INLINE void invertFactorised(const T* a, T* out) {
     for (int i = j + 1; i < 6; ++i) {
       T sum = a[6 * i + j];
 #pragma GCC unroll 6
-      for (int k = j + 1; k < i; ++k) sum = sum + a[6 * i + k] * m[6 * k + j];
+      for (int k = j + 1; k < i; ++k) sum = multiplyAdd(a[6 * i + k], m[6 * k + j], sum);
       m[6 * i + j] = -sum;
     }
   T d[6];
@@ -50,7 +50,7 @@ TENDRIL_INLINE void invertFactorised(const T* a, T* out) {
     for (int j = 0; j <= i; ++j) {
       T sum = i == j ? d[i] : d[i] * m[6 * i + j];
 #pragma GCC unroll 6
-      for (int k = i + 1; k < 6; ++k) sum = sum + m[6 * k + i] * d[k] * m[6 * k + j];
+      for (int k = i + 1; k < 6; ++k) sum = multiplyAdd(m[6 * k + i] * d[k], m[6 * k + j], sum);
       out[6 * i + j] = out[6 * j + i] = sum;
     }
 }
@@ -74,7 +74,8 @@ TENDRIL_INLINE void symmetricInverse(const T* x, T* out) {
       if (i == k) continue;
       const T factor = a[6 * i + k];
 #pragma GCC unroll 6
-      for (int j = 0; j < 6; ++j) a[6 * i + j] = j == k ? -factor * pivot : a[6 * i + j] - factor * b[j];
+      for (int j = 0; j < 6; ++j)
+        a[6 * i + j] = j == k ? -factor * pivot : subtractProduct(factor, b[j], a[6 * i + j]);
     }
 #pragma GCC unroll 6
     for (int j = 0; j < 6; ++j) a[6 * k + j] = b[j];
@@ -95,14 +96,14 @@ TENDRIL_INLINE void congruentOfD(const T* y, const T* x, T* p) {
     for (int j = 0; j < 6; ++j) {
       T sum = x[6 * i] * y[j];
 #pragma GCC unroll 6
-      for (int k = 1; k < 6; ++k) sum = sum + x[6 * i + k] * y[6 * k + j];
+      for (int k = 1; k < 6; ++k) sum = multiplyAdd(x[6 * i + k], y[6 * k + j], sum);
       row[j] = sum;
     }
 #pragma GCC unroll 6
     for (int j = 0; j <= i; ++j) {
       T sum = 0.5 * (x[6 * i + j] + x[6 * j + i]);
 #pragma GCC unroll 6
-      for (int k = 0; k < 6; ++k) sum = sum + row[k] * x[6 * j + k];
+      for (int k = 0; k < 6; ++k) sum = multiplyAdd(row[k], x[6 * j + k], sum);
       p[6 * i + j] = p[6 * j + i] = sum;
     }
   }

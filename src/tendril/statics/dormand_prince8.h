@@ -69,6 +69,44 @@ struct Rates {
   TENDRIL_INLINE const T* operator[](int s) const { return at[kPlace[s]]; }
 };
 
+/// The terms of all stages, one stage after the other, those with coefficient 0 left out.
+struct Terms {
+  int first[kStages + 2];
+  struct Term {
+    double coefficient;
+    int place;
+  } term[kStages * (kStages + 1) / 2];
+};
+inline constexpr Terms kTerms = [] {
+  Terms terms{};
+  int count = 0;
+  for (int s = 0; s <= kStages; ++s) {
+    terms.first[s] = count;
+    for (int j = 0; j < s; ++j)
+      if (kA[s][j] != 0) terms.term[count++] = {kA[s][j], kPlace[j]};
+  }
+  terms.first[kStages + 1] = count;
+  return terms;
+}();
+
+/// The `Count` numbers of stage s's state from `start` on, from the rates of the stages before. Together, so
+/// that a coefficient is loaded once for all of them.
+template <int Count, class T, int N>
+TENDRIL_INLINE void stageState(int s, const T* y, const Rates<T, N>& k, int start, T* out) {
+  T sum[Count];
+#pragma GCC unroll 16
+  for (int i = 0; i < Count; ++i) sum[i] = y[start + i];
+#pragma GCC unroll 1
+  for (int t = kTerms.first[s]; t < kTerms.first[s + 1]; ++t) {
+    const T coefficient = broadcast<T>(kTerms.term[t].coefficient);
+    const T* rate = k.at[kTerms.term[t].place] + start;
+#pragma GCC unroll 16
+    for (int i = 0; i < Count; ++i) sum[i] = multiplyAdd(coefficient, rate[i], sum[i]);
+  }
+#pragma GCC unroll 16
+  for (int i = 0; i < Count; ++i) out[i] = sum[i];
+}
+
 /// f.operator()<0>(), f.operator()<1>(), ... f.operator()<Count - 1>()
 template <int Count, class F>
 TENDRIL_INLINE void forEach(F&& f) {
@@ -78,25 +116,19 @@ TENDRIL_INLINE void forEach(F&& f) {
   (std::make_index_sequence<Count>{});
 }
 
-/// The state of stage S, from the rates of the stages before; six numbers at a time so that a coefficient is
-/// loaded once for all of them.
+/// The same without loops, for a step that is short enough to stay in the processor's instruction cache.
 template <int S, class T, int N>
-TENDRIL_INLINE void stageState(const T* y, const Rates<T, N>& k, T* out) {
-  constexpr int kChunk = N % 6 == 0 ? 6 : N;
-  for (int start = 0; start < N; start += kChunk) {
-    T sum[kChunk];
-#pragma GCC unroll 12
-    for (int i = 0; i < kChunk; ++i) sum[i] = y[start + i];
-    forEach<S>([&]<int J>() __attribute__((always_inline)) {
-      if constexpr (kA[S][J] != 0) {
-        const T coefficient = broadcast<T>(kA[S][J]);
-#pragma GCC unroll 12
-        for (int i = 0; i < kChunk; ++i) sum[i] = sum[i] + coefficient * k[J][start + i];
-      }
-    });
-#pragma GCC unroll 12
-    for (int i = 0; i < kChunk; ++i) out[start + i] = sum[i];
-  }
+TENDRIL_INLINE void unrolledStageState(const T* y, const Rates<T, N>& k, T* out) {
+  T sum[N];
+#pragma GCC unroll 16
+  for (int i = 0; i < N; ++i) sum[i] = y[i];
+  forEach<S>([&]<int J>() __attribute__((always_inline)) {
+    if constexpr (kA[S][J] != 0)
+#pragma GCC unroll 16
+      for (int i = 0; i < N; ++i) sum[i] = multiplyAdd(kA[S][J], k[J][i], sum[i]);
+  });
+#pragma GCC unroll 16
+  for (int i = 0; i < N; ++i) out[i] = sum[i];
 }
 
 }  // namespace

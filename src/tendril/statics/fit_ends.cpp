@@ -24,23 +24,43 @@ double distance2(const Pose& a, const Pose& b) {
   return (a.position - b.position).squaredNorm() + kRotationWeight * kRotationWeight * 8 * (1 - cosine);
 }
 
-/// Where to start from: the library rods that end nearest to `target`, nearest first, then those of least
-/// energy among kNeighbours of them: continuation from a rod at ease is what leads to the equilibrium of
-/// least energy.
-std::vector<std::size_t> startsFor(const Library& library, const Pose& target) {
-  std::vector<std::pair<double, std::size_t>> order(library.size());
-  for (std::size_t i = 0; i < library.size(); ++i) order[i] = {distance2(library[i].end, target), i};
-  const auto at = [&](std::size_t n) {
-    return order.begin() + static_cast<std::ptrdiff_t>(std::min(n, order.size()));
-  };
-  std::nth_element(order.begin(), at(kNeighbours), order.end());
-  std::sort(order.begin(), at(kNeighbours));
-  for (auto rod = at(kStarts); rod != at(kNeighbours); ++rod) rod->first = library[rod->second].energy;
-  std::sort(at(kStarts), at(kNeighbours));
-  std::vector<std::size_t> starts(std::min(2 * kStarts, order.size()));
-  for (std::size_t i = 0; i < starts.size(); ++i) starts[i] = order[i].second;
-  return starts;
-}
+/// Where to start from, in turn: the library rods that end nearest to a pose, nearest first, then those of
+/// least energy among kNeighbours of them: continuation from a rod at ease is what leads to the equilibrium
+/// of least energy.
+class Starts {
+ public:
+  Starts(const Library& library, const Pose& target) : library_(library), order_(library.rods.size()) {
+    for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = {distance2(library.rods[i].end, target), i};
+  }
+  [[nodiscard]] std::size_t size() const { return std::min(2 * kStarts, order_.size()); }
+  /// The library rod of a start < size(). Most are never asked for: sorts only as far as needed.
+  [[nodiscard]] std::size_t rod(std::size_t start) {
+    if (start >= sorted_) {
+      if (start < kAtOnce) {
+        nearestFirst(kAtOnce);
+      } else {
+        nearestFirst(kNeighbours);
+        for (auto rod = at(kStarts); rod != at(kNeighbours); ++rod)
+          rod->first = library_.rods[rod->second].energy;
+        std::sort(at(kStarts), at(kNeighbours));
+      }
+    }
+    return order_[start].second;
+  }
+
+ private:
+  [[nodiscard]] std::vector<std::pair<double, std::size_t>>::iterator at(std::size_t n) {
+    return order_.begin() + static_cast<std::ptrdiff_t>(std::min(n, order_.size()));
+  }
+  void nearestFirst(std::size_t count) {
+    std::partial_sort(order_.begin(), at(count), order_.end());
+    sorted_ = count;
+  }
+
+  const Library& library_;
+  std::vector<std::pair<double, std::size_t>> order_;  // squared distance (then energy), library rod
+  std::size_t sorted_ = 0;
+};
 
 /// Damped Newton's method on a towards an end pose: `miss` is the twist along the geodesic from the end to
 /// the pose, J da the end's own twist, so small steps follow the geodesic. Only stable rods are stepped on.
@@ -171,13 +191,17 @@ std::vector<Equilibrium> fitEnds(const RodProperties& rod, const GripperPoses& e
     e.stability = Stability::stable;  // as Newton's method found it
     out.push_back(std::move(e));
   };
-  const std::vector<std::size_t> starts = startsFor(*library, target);
+  Starts starts(*library, target);
   const std::size_t at_once = wanted == Wanted::one ? kAtOnce : starts.size();
   for (std::size_t first = 0; first < starts.size() && (wanted == Wanted::all || out.empty());
        first += at_once) {
     std::vector<Newton> walks;
-    for (std::size_t i = first; i < std::min(first + at_once, starts.size()); ++i)
-      walks.emplace_back((*library)[starts[i]].a, target, kQuickTolerance);
+    for (std::size_t i = first; i < std::min(first + at_once, starts.size()); ++i) {
+      const LibraryRod& from = library->rods[starts.rod(i)];
+      walks.emplace_back(from.a, target, kQuickTolerance);
+      // the first step is known; a rod that ends at the target is found to do so when it is asked again
+      (void)walks.back().take({from.end, from.energy, 0, library->jacobians[starts.rod(i)], true});
+    }
     const std::size_t known = nearly.size();
     for (const Vector6& a : arrivals(batch, std::move(walks), wanted))
       addIfNew(nearly, a, 100 * kQuickTolerance);
@@ -188,7 +212,8 @@ std::vector<Equilibrium> fitEnds(const RodProperties& rod, const GripperPoses& e
   left = kHeavyEnds;
   if (heavy.heavy() && out.empty())
     for (std::size_t i = 0; i < starts.size() && (wanted == Wanted::all || out.empty()); ++i)
-      if (Vector6 a = (*library)[starts[i]].a; load(integrator, weight, (*library)[starts[i]].end, a, left))
+      if (Vector6 a = library->rods[starts.rod(i)].a;
+          load(integrator, weight, library->rods[starts.rod(i)].end, a, left))
         finish(a);
   std::stable_sort(out.begin(), out.end(), [](const Equilibrium& x, const Equilibrium& y) {
     return x.energy + x.weight_energy < y.energy + y.weight_energy;

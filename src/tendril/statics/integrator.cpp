@@ -8,10 +8,9 @@
 namespace tendril::statics {
 namespace {
 
-constexpr double kTimeTolerance = 1e-11;    // of first_conjugate_t
-constexpr double kSecondLookMargin = 1e-4;  // of Screening, with the steps of kFine
-constexpr int kMostLocatingSteps = 60;      // bisection alone takes fewer
-constexpr int kFinerSteps = 2;  // times as many steps to locate a conjugate time as for the verdict
+constexpr double kTimeTolerance = 1e-11;  // of first_conjugate_t
+constexpr int kMostLocatingSteps = 60;    // bisection alone takes fewer
+constexpr int kFinerSteps = 2;            // times as many steps to locate a conjugate time as for the verdict
 constexpr int kLocatingSteps = 4 * kStepsPerSegment;  // in a segment, to locate a conjugate time after kFine
 
 /// The smallest value on [0, 1] of the cubic with values f0, f1 and derivatives g0, g1 at the ends.
@@ -322,7 +321,7 @@ ChartStatus Integrator::end(const Vector6& a, const Vector3& weight, const Accur
     JointEnd joint;
     kernel().joint(rod_.kernel, wrench, accuracy.margin, false, joint);
     fromKernel(wrench, joint, out);
-    if (joint.screening == Screening::unsure) out.stable = isStableAtSecondLook(a, weight);
+    if (joint.screening == Screening::unsure) out.stable = isStableAtSecondLook(a);
     return ChartStatus::equilibrium;
   }
   Verdict verdict;
@@ -341,18 +340,21 @@ bool Integrator::isStable(const Vector6& a, const Vector3& weight) {
   if (canScreen(a)) {
     JointEnd joint;
     kernel().joint(rod_.kernel, aligned(a, rod_.stepCount(a, kScreening)), kScreening.margin, true, joint);
-    if (joint.screening != Screening::unsure) return joint.screening == Screening::stable;
+    return joint.screening == Screening::unsure ? isStableAtSecondLook(a)
+                                                : joint.screening == Screening::stable;
   }
-  return isStableAtSecondLook(a, weight);
+  return isStableByFineWalk(a, weight);
 }
 
-bool Integrator::isStableAtSecondLook(const Vector6& a, const Vector3& weight) {
+bool Integrator::isStableAtSecondLook(const Vector6& a) {
+  JointEnd joint;
+  kernel().joint(rod_.kernel, aligned(a, rod_.stepCount(a, kSecondLook)), kSecondLook.margin, true, joint);
+  if (joint.screening != Screening::unsure) return joint.screening == Screening::stable;
+  return isStableByFineWalk(a, Vector3::Zero());
+}
+
+bool Integrator::isStableByFineWalk(const Vector6& a, const Vector3& weight) {
   if (1 + a[3] * rod_.kernel.compliance[3] <= kSmallestStretch) return false;
-  if (canScreen(a)) {
-    JointEnd joint;
-    kernel().joint(rod_.kernel, aligned(a, rod_.stepCount(a, kFine)), kSecondLookMargin, true, joint);
-    if (joint.screening != Screening::unsure) return joint.screening == Screening::stable;
-  }
   begin(a, weight, kFine);
   Verdict verdict;
   walkThroughConjugatePoints(verdict, true);

@@ -49,8 +49,10 @@ class Integrator {
                                 NaturalEnd& out);
   /// Whether the rod is a stable one, neither marginal nor inverted.
   [[nodiscard]] bool isStable(const Vector6& a, const Vector3& weight);
+  /// The same at a second look, for a rod that screening is unsure of.
+  [[nodiscard]] bool isStableAtSecondLook(const Vector6& a);
   /// The same by the fine walk at once, for rods that screening is unsure of.
-  [[nodiscard]] bool isStableAtSecondLook(const Vector6& a, const Vector3& weight);
+  [[nodiscard]] bool isStableByFineWalk(const Vector6& a, const Vector3& weight);
   /// Whether the kernels that screen can work on this rod: uniform, weightless and far from inverted.
   [[nodiscard]] bool canScreen(const Vector6& a) const {
     return rod_.uniformAndWeightless() && rod_.leastStretch(a) > kSmallestStretch;

@@ -61,16 +61,16 @@ template <class T>
   Section<T> s;
   T sum[2] = {rods.y[6], rods.y[7]};
   forEach<kStages>([&]<int S>() __attribute__((always_inline)) {
-    stageState<S>(rods.y, k, z);
+    unrolledStageState<S>(rods.y, k, z);
     sectionAt(rods.chart, z, s);
     rotationRate(z, s, k[S]);
     k[S][4] = positionRate(s, 0), k[S][5] = positionRate(s, 1);
     if constexpr (kA[kStages][S] != 0) {
-      sum[0] = sum[0] + kA[kStages][S] * positionRate(s, 2);
-      sum[1] = sum[1] + kA[kStages][S] * energyRate(rods.chart, s);
+      sum[0] = multiplyAdd(kA[kStages][S], positionRate(s, 2), sum[0]);
+      sum[1] = multiplyAdd(kA[kStages][S], energyRate(rods.chart, s), sum[1]);
     }
   });
-  stageState<kStages>(rods.y, k, rods.y);
+  unrolledStageState<kStages>(rods.y, k, rods.y);
   rods.y[6] = sum[0], rods.y[7] = sum[1];
   renormalise(rods.y);
 }
@@ -96,24 +96,27 @@ void paths(const KernelRod& properties, std::span<const AlignedWrench> wrenches,
   }
 }
 
-/// One step of the path and of the columns of J, jac[6 column + row]; all seven numbers of the frame are
-/// wanted at the stages.
+/// Where a column of J begins: that of a unit moment along a base axis, then that of a unit force along it.
+constexpr int columnAt(int c) { return 12 * (c % 3) + 6 * (c / 3); }
+
+/// One step of the path and of the columns of J; all seven numbers of the frame are wanted at the stages.
 template <class T>
 [[gnu::noinline]] void jointStep(LanesOfRods<T>& rods, T* jac) {
   Rates<T, 7> k;
-  Rates<T, 6> kj[6];
+  Rates<T, 36> kj;
   T z[7];
   Section<T> s;
   Transport<T> a;
   T sum = rods.y[7];
   const LightChart<T>& chart = rods.chart;
-  forEach<kStages>([&]<int S>() __attribute__((always_inline)) {
-    stageState<S>(rods.y, k, z);
+#pragma GCC unroll 1
+  for (int stage = 0; stage < kStages; ++stage) {
+    stageState<7>(stage, rods.y, k, 0, z);
     sectionAt(chart, z, s);
-    rotationRate(z, s, k[S]);
+    rotationRate(z, s, k[stage]);
 #pragma GCC unroll 3
-    for (int i = 0; i < 3; ++i) k[S][4 + i] = positionRate(s, i);
-    if constexpr (kA[kStages][S] != 0) sum = sum + kA[kStages][S] * energyRate(chart, s);
+    for (int i = 0; i < 3; ++i) k[stage][4 + i] = positionRate(s, i);
+    sum = multiplyAdd(kA[kStages][stage], energyRate(chart, s), sum);
     transportAt(chart, s, a);
     // + h C^-1 Ad_q^T, for a unit moment and a unit force along each base axis
     const T* p = z + 4;
@@ -124,21 +127,22 @@ template <class T>
     for (int b = 0; b < 3; ++b) {
       const int c = (b + 1) % 3, d = (b + 2) % 3;
       T eta[2][6], rate[2][6];
-      stageState<S>(jac + 6 * b, kj[b], eta[0]);
-      stageState<S>(jac + 6 * (3 + b), kj[3 + b], eta[1]);
-      transported<2>(a, eta, rate);
+      stageState<12>(stage, jac, kj, 12 * b, eta[0]);
 #pragma GCC unroll 3
       for (int i = 0; i < 3; ++i) {
-        kj[b][S][i] = rate[0][i] + turned[3 * b + i];
-        kj[b][S][3 + i] = rate[0][3 + i];
-        kj[3 + b][S][i] = rate[1][i] + (p[c] * turned[3 * d + i] - p[d] * turned[3 * c + i]);
-        kj[3 + b][S][3 + i] = rate[1][3 + i] + chart.cn[i] * s.r[3 * b + i];
+        rate[0][i] = turned[3 * b + i];
+        rate[0][3 + i] = broadcast<T>(0);
+        rate[1][i] = differenceOfProducts(p[c], turned[3 * d + i], p[d], turned[3 * c + i]);
+        rate[1][3 + i] = chart.cn[i] * s.r[3 * b + i];
       }
+      addTransported<2>(a, eta, rate);
+#pragma GCC unroll 12
+      for (int i = 0; i < 12; ++i) kj[stage][12 * b + i] = rate[i / 6][i % 6];
     }
-  });
-  stageState<kStages>(rods.y, k, rods.y);
-#pragma GCC unroll 6
-  for (int b = 0; b < 6; ++b) stageState<kStages>(jac + 6 * b, kj[b], jac + 6 * b);
+  }
+  stageState<7>(kStages, rods.y, k, 0, rods.y);
+#pragma GCC unroll 3
+  for (int b = 0; b < 3; ++b) stageState<12>(kStages, jac, kj, 12 * b, jac + 12 * b);
   rods.y[7] = sum;
   renormalise(rods.y);
 }
@@ -148,17 +152,18 @@ template <class T>
 TENDRIL_INLINE void inBaseAxes(const T* r, const T* p, const T* jac, T* x) {
 #pragma GCC unroll 6
   for (int c = 0; c < 6; ++c) {
+    const T* column = jac + columnAt(c);
     T w[3], l[3];
 #pragma GCC unroll 3
     for (int i = 0; i < 3; ++i) {
-      w[i] = r[3 * i] * jac[6 * c] + r[3 * i + 1] * jac[6 * c + 1] + r[3 * i + 2] * jac[6 * c + 2];
-      l[i] = r[3 * i] * jac[6 * c + 3] + r[3 * i + 1] * jac[6 * c + 4] + r[3 * i + 2] * jac[6 * c + 5];
+      w[i] = dot(r[3 * i], column[0], r[3 * i + 1], column[1], r[3 * i + 2], column[2]);
+      l[i] = dot(r[3 * i], column[3], r[3 * i + 1], column[4], r[3 * i + 2], column[5]);
     }
 #pragma GCC unroll 3
     for (int i = 0; i < 3; ++i) {
       const int j = (i + 1) % 3, k = (i + 2) % 3;
       x[6 * i + c] = w[i];
-      x[6 * (3 + i) + c] = l[i] + p[j] * w[k] - p[k] * w[j];
+      x[6 * (3 + i) + c] = subtractProduct(p[k], w[j], multiplyAdd(p[j], w[k], l[i]));
     }
   }
 }
@@ -177,8 +182,8 @@ struct Walk {
 /// Takes the section at position d for the origin: moments about it, K's and Y's twists at it (README.md, 5).
 template <class T>
 TENDRIL_INLINE void moveOrigin(const T* d, LightChart<T>& chart, Walk<T>& walk) {
-  chart.moment[0] = chart.moment[0] - d[1] * chart.force;
-  chart.moment[1] = chart.moment[1] + d[0] * chart.force;
+  chart.moment[0] = subtractProduct(d[1], chart.force, chart.moment[0]);
+  chart.moment[1] = multiplyAdd(d[0], chart.force, chart.moment[1]);
   // K: v - d x w, row by row
 #pragma GCC unroll 3
   for (int i = 0; i < 3; ++i) {
@@ -186,7 +191,7 @@ TENDRIL_INLINE void moveOrigin(const T* d, LightChart<T>& chart, Walk<T>& walk) 
 #pragma GCC unroll 6
     for (int c = 0; c < 6; ++c) {
       T& v = walk.k[6 * (3 + i) + c];
-      v = v - (d[j] * walk.k[6 * k + c] - d[k] * walk.k[6 * j + c]);
+      v = multiplyAdd(d[k], walk.k[6 * j + c], subtractProduct(d[j], walk.k[6 * k + c], v));
     }
     walk.origin[i] = walk.origin[i] + d[i];
   }
@@ -197,7 +202,7 @@ TENDRIL_INLINE void moveOrigin(const T* d, LightChart<T>& chart, Walk<T>& walk) 
 #pragma GCC unroll 3
     for (int i = 0; i < 3; ++i) {
       const int j = (i + 1) % 3, k = (i + 2) % 3;
-      row[i] = row[i] + (d[k] * row[3 + j] - d[j] * row[3 + k]);
+      row[i] = subtractProduct(d[j], row[3 + k], multiplyAdd(d[k], row[3 + j], row[i]));
     }
   }
 #pragma GCC unroll 6
@@ -205,8 +210,8 @@ TENDRIL_INLINE void moveOrigin(const T* d, LightChart<T>& chart, Walk<T>& walk) 
 #pragma GCC unroll 3
     for (int i = 0; i < 3; ++i) {
       const int j = (i + 1) % 3, k = (i + 2) % 3;
-      walk.y[6 * i + c] =
-          walk.y[6 * i + c] + (d[k] * walk.y[6 * (3 + j) + c] - d[j] * walk.y[6 * (3 + k) + c]);
+      T& y = walk.y[6 * i + c];
+      y = subtractProduct(d[j], walk.y[6 * (3 + k) + c], multiplyAdd(d[k], walk.y[6 * (3 + j) + c], y));
     }
 }
 
@@ -218,20 +223,22 @@ TENDRIL_INLINE void complianceInBaseAxes(const C& chart, const T* r, const T* p,
     for (int j = 0; j < 3; ++j) {
       mm[3 * i + j] = broadcast<T>(0), nn[3 * i + j] = broadcast<T>(0);
       for (int k = 0; k < 3; ++k) {
-        mm[3 * i + j] = mm[3 * i + j] + chart.cm[k] * r[3 * i + k] * r[3 * j + k];
-        nn[3 * i + j] = nn[3 * i + j] + chart.cn[k] * r[3 * i + k] * r[3 * j + k];
+        mm[3 * i + j] = multiplyAdd(chart.cm[k] * r[3 * i + k], r[3 * j + k], mm[3 * i + j]);
+        nn[3 * i + j] = multiplyAdd(chart.cn[k] * r[3 * i + k], r[3 * j + k], nn[3 * i + j]);
       }
     }
   T pm[9];  // p^ mm
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
-      pm[3 * i + j] = p[(i + 1) % 3] * mm[3 * ((i + 2) % 3) + j] - p[(i + 2) % 3] * mm[3 * ((i + 1) % 3) + j];
+      pm[3 * i + j] = differenceOfProducts(p[(i + 1) % 3], mm[3 * ((i + 2) % 3) + j], p[(i + 2) % 3],
+                                           mm[3 * ((i + 1) % 3) + j]);
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
       const int k = (j + 1) % 3, l = (j + 2) % 3;
       s[6 * i + j] = mm[3 * i + j];
       s[6 * (3 + i) + j] = s[6 * j + 3 + i] = pm[3 * i + j];
-      s[6 * (3 + i) + 3 + j] = nn[3 * i + j] + p[k] * pm[3 * i + l] - p[l] * pm[3 * i + k];  // - (p^ mm) p^
+      s[6 * (3 + i) + 3 + j] =  // - (p^ mm) p^
+          subtractProduct(p[l], pm[3 * i + k], multiplyAdd(p[k], pm[3 * i + l], nn[3 * i + j]));
     }
 }
 
@@ -244,9 +251,9 @@ template <class T, class C>
   for (int c = 0; c < 6; ++c) {
     const T *w = walk.k + c, *l = walk.k + 18 + c;
     const T *m = chart.moment, &f = chart.force;
-    bk[c] = m[1] * w[12] - m[2] * w[6] - f * l[6];
-    bk[6 + c] = m[2] * w[0] - m[0] * w[12] + f * l[0];
-    bk[12 + c] = m[0] * w[6] - m[1] * w[0];
+    bk[c] = subtractProduct(f, l[6], differenceOfProducts(m[1], w[12], m[2], w[6]));
+    bk[6 + c] = multiplyAdd(f, l[0], differenceOfProducts(m[2], w[0], m[0], w[12]));
+    bk[12 + c] = differenceOfProducts(m[0], w[6], m[1], w[0]);
     bk[18 + c] = -(f * w[6]);
     bk[24 + c] = f * w[0];
     bk[30 + c] = broadcast<T>(0);
@@ -265,7 +272,7 @@ template <class T, class C>
     for (int j = 0; j < 6; ++j) {
       T sum = walk.k[6 * i + j];
 #pragma GCC unroll 6
-      for (int k = 0; k < 6; ++k) sum = sum + x[6 * i + k] * bk[6 * k + j];
+      for (int k = 0; k < 6; ++k) sum = multiplyAdd(x[6 * i + k], bk[6 * k + j], sum);
       walk.k[6 * i + j] = sum;
     }
 
@@ -294,10 +301,10 @@ template <class T, class C>
   complianceInBaseAxes(chart, section.r, y + 4, s);
   const T scale = margin / larger(chart.h, broadcast<T>(1e-300));
 #pragma GCC unroll 36
-  for (int i = 0; i < 36; ++i) factored[i] = walk.p[i] - scale * s[i];
+  for (int i = 0; i < 36; ++i) factored[i] = subtractProduct(scale, s[i], walk.p[i]);
   left = factorise(factored);
 #pragma GCC unroll 36
-  for (int i = 0; i < 36; ++i) factored[i] = walk.p[i] + scale * s[i];
+  for (int i = 0; i < 36; ++i) factored[i] = multiplyAdd(scale, s[i], walk.p[i]);
   right = factorise(factored);
 }
 
@@ -404,11 +411,11 @@ void singlePath(const SingleRod& rod, const Steps& steps, double* y, double (*re
     double z[kN], energy = y[kEnergy];
     Section<double> s;
     forEach<kStages>([&]<int S>() __attribute__((always_inline)) {
-      stageState<S>(y, k, z);
+      unrolledStageState<S>(y, k, z);
       model.setForce(rod, steps.start + (step + kNode[S]) * steps.h);
-      energy += kA[kStages][S] * singleRate(model, z, s, k[S]);
+      energy = multiplyAdd(kA[kStages][S], singleRate(model, z, s, k[S]), energy);
     });
-    stageState<kStages>(y, k, y);
+    unrolledStageState<kStages>(y, k, y);
     y[kEnergy] = energy;
     renormalise(y);
   }
@@ -448,27 +455,27 @@ TENDRIL_INLINE void startColumns(const M& model, const double* y, Columns<Lanes<
 template <class M, class W>
 TENDRIL_INLINE void columnRate(const M& model, const Transport<double>& a, const Section<double>& s,
                                const double* p, const W* eta, const W* l, W* rate) {
-  transported<1>(a, reinterpret_cast<const W(*)[6]>(eta), reinterpret_cast<W(*)[6]>(rate));
   const W* moment = M::kMoments > 0 ? eta + 6 : l;
   W t[3];
 #pragma GCC unroll 3
   for (int i = 0; i < 3; ++i) {
     const int c = (i + 1) % 3, d = (i + 2) % 3;
-    t[i] = moment[i] - (p[c] * l[3 + d] - p[d] * l[3 + c]);
+    t[i] = multiplyAdd(p[d], l[3 + c], subtractProduct(p[c], l[3 + d], moment[i]));
   }
 #pragma GCC unroll 3
   for (int i = 0; i < 3; ++i) {
-    rate[i] = rate[i] + model.chart.cm[i] * (s.r[i] * t[0] + s.r[3 + i] * t[1] + s.r[6 + i] * t[2]);
-    rate[3 + i] = rate[3 + i] + model.chart.cn[i] * (s.r[i] * l[3] + s.r[3 + i] * l[4] + s.r[6 + i] * l[5]);
+    rate[i] = model.chart.cm[i] * dot(s.r[i], t[0], s.r[3 + i], t[1], s.r[6 + i], t[2]);
+    rate[3 + i] = model.chart.cn[i] * dot(s.r[i], l[3], s.r[3 + i], l[4], s.r[6 + i], l[5]);
   }
+  addTransported<1>(a, reinterpret_cast<const W(*)[6]>(eta), reinterpret_cast<W(*)[6]>(rate));
   if constexpr (M::kMoments > 0) {
     const double* w = model.chart.weight;
     W dp[3];
     for (int i = 0; i < 3; ++i)
-      dp[i] = model.chart.h * (s.r[3 * i] * eta[3] + s.r[3 * i + 1] * eta[4] + s.r[3 * i + 2] * eta[5]);
+      dp[i] = model.chart.h * dot(s.r[3 * i], eta[3], s.r[3 * i + 1], eta[4], s.r[3 * i + 2], eta[5]);
     for (int i = 0; i < 3; ++i) {
       const int c = (i + 1) % 3, d = (i + 2) % 3;
-      rate[6 + i] = w[c] * dp[d] - w[d] * dp[c];
+      rate[6 + i] = subtractProduct(w[d], dp[c], w[c] * dp[d]);
     }
   }
 }
@@ -491,20 +498,20 @@ TENDRIL_INLINE void walkColumns(M& model, const SingleRod& rod, const Steps& ste
     double z[kN], energy = y[kEnergy];
     Section<double> s;
     Transport<double> a;
-    forEach<kStages>([&]<int S>() __attribute__((always_inline)) {
-      stageState<S>(y, k, z);
-      model.setForce(rod, steps.start + (step + kNode[S]) * steps.h);
-      energy += kA[kStages][S] * singleRate(model, z, s, k[S]);
+#pragma GCC unroll 1
+    for (int stage = 0; stage < kStages; ++stage) {
+      stageState<kN>(stage, y, k, 0, z);
+      model.setForce(rod, steps.start + (step + kNode[stage]) * steps.h);
+      energy = multiplyAdd(kA[kStages][stage], singleRate(model, z, s, k[stage]), energy);
       transportAt(model.chart, s, a);
-#pragma GCC unroll 6
       for (int b = 0; b < kCount; ++b) {
         W eta[kRows];
-        stageState<S>(state[b], kj[b], eta);
-        columnRate(model, a, s, z + 4, eta, columns[b].l, kj[b][S]);
+        stageState<kRows>(stage, state[b], kj[b], 0, eta);
+        columnRate(model, a, s, z + 4, eta, columns[b].l, kj[b][stage]);
       }
-    });
-    stageState<kStages>(y, k, y);
-    for (int b = 0; b < kCount; ++b) stageState<kStages>(state[b], kj[b], state[b]);
+    }
+    stageState<kN>(kStages, y, k, 0, y);
+    for (int b = 0; b < kCount; ++b) stageState<kRows>(kStages, state[b], kj[b], 0, state[b]);
     y[kEnergy] = energy;
     renormalise(y);
   }
@@ -522,12 +529,12 @@ TENDRIL_INLINE void columnsInBaseAxes(const double* r, const double* p, const Co
     const auto* jac = columns[b].jac;
     Lanes<N> w[3], l[3];
     for (int i = 0; i < 3; ++i) {
-      w[i] = r[3 * i] * jac[0] + r[3 * i + 1] * jac[1] + r[3 * i + 2] * jac[2];
-      l[i] = r[3 * i] * jac[3] + r[3 * i + 1] * jac[4] + r[3 * i + 2] * jac[5];
+      w[i] = dot(r[3 * i], jac[0], r[3 * i + 1], jac[1], r[3 * i + 2], jac[2]);
+      l[i] = dot(r[3 * i], jac[3], r[3 * i + 1], jac[4], r[3 * i + 2], jac[5]);
     }
     for (int i = 0; i < 3; ++i) {
       const int j = (i + 1) % 3, k = (i + 2) % 3;
-      l[i] = l[i] + p[j] * w[k] - p[k] * w[j];
+      l[i] = subtractProduct(p[k], w[j], multiplyAdd(p[j], w[k], l[i]));
     }
     const int count = std::min(N, 6 - N * b);
     for (int i = 0; i < 3; ++i) {

@@ -12,7 +12,7 @@ constexpr std::size_t kSize = 4000;
 constexpr std::uint64_t kSeed = 2014;
 constexpr std::size_t kDrawsAtOnce = 1024, kMostDraws = 100 * kSize;
 /// Of the file's format and of how a library is made: changed with either.
-constexpr char kVersion[] = "tendril rod library 2\n";
+constexpr char kVersion[] = "tendril rod library 3\n";
 
 /// The straight unloaded rod, rods loaded along one axis, and random stable rods of the default sampling box.
 /// A rod so soft in shear or stretch that the box's forces would crush it gets smaller ones; should few of
@@ -24,7 +24,9 @@ Library build(const NaturalRod& rod) {
   Library library;
   const auto add = [&](const std::vector<Vector6>& wrenches) {
     batch.ends(wrenches, kQuick, true, [&](std::size_t i, const NaturalEnd& end) {
-      if (end.stable) library.push_back({wrenches[i], end.end, end.energy});
+      if (!end.stable || library.rods.size() == kSize) return;
+      library.rods.push_back({wrenches[i], end.end, end.energy});
+      library.jacobians.push_back(end.jacobian);
     });
   };
   const SamplingBox box;
@@ -37,14 +39,13 @@ Library build(const NaturalRod& rod) {
   add(wrenches);
   Random random(kSeed);
   wrenches.resize(kDrawsAtOnce);
-  for (std::size_t draws = 0; library.size() < kSize && draws < kMostDraws; draws += kDrawsAtOnce) {
+  for (std::size_t draws = 0; library.rods.size() < kSize && draws < kMostDraws; draws += kDrawsAtOnce) {
     for (Vector6& a : wrenches) {
       for (int i = 0; i < 3; ++i) a[i] = random.uniform(-box.moment, box.moment);
       for (int i = 3; i < 6; ++i) a[i] = random.uniform(-force, force);
     }
     add(wrenches);
   }
-  if (library.size() > kSize) library.resize(kSize);
   return library;
 }
 
@@ -60,25 +61,29 @@ std::string keyOf(const NaturalRod& rod) {
   return key;
 }
 
-constexpr std::size_t kNumbers = 14;  // of one rod
+constexpr std::size_t kNumbers = 14 + 36;  // of one rod
 
 std::string bytesOf(const Library& library) {
   std::string bytes;
-  for (const LibraryRod& rod : library) {
+  for (std::size_t i = 0; i < library.rods.size(); ++i) {
+    const LibraryRod& rod = library.rods[i];
     append(bytes, rod.a.data(), 6);
     append(bytes, rod.end.rotation.coeffs().data(), 4);
     append(bytes, rod.end.position.data(), 3);
     append(bytes, &rod.energy, 1);
+    append(bytes, library.jacobians[i].data(), 36);
   }
   return bytes;
 }
 
 Library libraryOf(std::string_view bytes) {
-  Library library(bytes.size() / (kNumbers * sizeof(double)));
-  for (std::size_t i = 0; i < library.size(); ++i) {
+  Library library;
+  for (std::size_t i = 0; i < bytes.size() / (kNumbers * sizeof(double)); ++i) {
     double n[kNumbers];
     std::memcpy(n, bytes.data() + i * sizeof n, sizeof n);
-    library[i] = {Vector6::Map(n), {Quaternion(n[9], n[6], n[7], n[8]), Vector3::Map(n + 10)}, n[13]};
+    library.rods.push_back(
+        {Vector6::Map(n), {Quaternion(n[9], n[6], n[7], n[8]), Vector3::Map(n + 10)}, n[13]});
+    library.jacobians.emplace_back(Matrix6::Map(n + 14));
   }
   return library;
 }
@@ -115,7 +120,7 @@ Library loadOrBuild(const NaturalRod& rod, const std::string& key) {
   const std::filesystem::path file = folder / ("rods-" + sha256Hex(key) + ".bin");
   std::error_code unused;
   if (std::filesystem::exists(file, unused))
-    if (Library library = load(file, key); !library.empty()) return library;
+    if (Library library = load(file, key); !library.rods.empty()) return library;
   Library library = build(rod);
   try {
     const std::string rods = bytesOf(library);

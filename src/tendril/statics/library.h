@@ -14,7 +14,10 @@ struct LibraryRod {
   Pose end;
   double energy;
 };
-using Library = std::vector<LibraryRod>;
+struct Library {
+  std::vector<LibraryRod> rods;
+  std::vector<Matrix6> jacobians;  // of each: J(1), as NaturalEnd has it
+};
 
 /// The library for a rod, whose weight does not matter: read from memory or disk, or built and put there.
 /// Thread-safe; what is returned depends on the rod alone.

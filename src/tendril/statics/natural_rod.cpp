@@ -56,9 +56,11 @@ NaturalRod::NaturalRod(const RodProperties& rod, const Vector3& gravity) : units
       gravity * (rod.density * std::numbers::pi * rod.radius * rod.radius / (units.force / units.length));
   for (int i = 0; i < 6; ++i) kernel.compliance[i] = 1 / c[i];
   for (int i = 0; i < 3; ++i) kernel.kappa0[i] = kappa0[0][i];
-  stiffest = c.head<3>().maxCoeff();
+  const double stiffest = c.head<3>().maxCoeff();
+  kappa0_at_stiffest = std::sqrt(stiffest) * largest_kappa0;
   // A rod soft in torsion turns its axes fast but bends no faster: its softness counts a quarter.
-  softness = std::pow(std::min(c[1], c[2]), 0.75) * std::pow(c.head<3>().minCoeff(), 0.25);
+  bends = 1 / std::sqrt(std::pow(std::min(c[1], c[2]), 0.75) * std::pow(c.head<3>().minCoeff(), 0.25));
+  waves = kMomentWaves * stiffest / std::sqrt(c[0] * c[1] * c[2]);
 }
 
 double NaturalRod::turning(const Vector6& a) const {
@@ -66,16 +68,16 @@ double NaturalRod::turning(const Vector6& a) const {
   // the rod,
   //   x^2/2 <= H + force + x (sum c_i kappa0_i^2)^(1/2), where H grows by no more than the weight times the
   //   way from the base. An estimate where kappa0 changes along the rod: H jumps there.
-  const double w = weight.norm(), force = a.tail<3>().norm() + w;
-  const double h = 0.5 * a.cwiseAbs2().cwiseQuotient(c).sum() + a[3] + a.head<3>().norm() * largest_kappa0 +
-                   w * (1 + force / c.tail<3>().minCoeff());
-  const double b = std::sqrt(stiffest) * largest_kappa0;
-  const double x = b + std::sqrt(b * b + 2 * std::max(0.0, h + force));
+  const double w = weight.norm(), force = a.tail<3>().norm() + w, b = kappa0_at_stiffest;
+  double h = a[3] + force;
+  for (int i = 0; i < 6; ++i) h += 0.5 * kernel.compliance[i] * a[i] * a[i];
+  if (largest_kappa0 > 0) h += a.head<3>().norm() * largest_kappa0;
+  if (w > 0) h += w * (1 + force / c.tail<3>().minCoeff());
+  const double x = b + std::sqrt(b * b + 2 * std::max(0.0, h));
   // Small deflections turn with the rod, with the waves of a strut, force^(1/2), and with those under a
   // moment about the axis i, |m_i| / (c_j c_k)^(1/2) <= x c_i / (c1 c2 c3)^(1/2), which are the shorter ones
   // where one stiffness is far above the others.
-  const double under_moment = kMomentWaves * x * stiffest / std::sqrt(c[0] * c[1] * c[2]);
-  return std::max(std::max(x, std::sqrt(force)) / std::sqrt(softness), under_moment) + largest_kappa0;
+  return std::max(std::max(x, std::sqrt(force)) * bends, waves * x) + largest_kappa0;
 }
 
 double NaturalRod::leastStretch(const Vector6& a) const {

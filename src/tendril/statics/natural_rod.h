@@ -28,6 +28,7 @@ struct Accuracy {
 };
 inline constexpr Accuracy kScreening{0.7, 5e-3};  // a verdict where it is clear
 inline constexpr Accuracy kQuick{1, 2e-3};        // an end, and its Jacobian
+inline constexpr Accuracy kSecondLook{2, 1e-4};   // a verdict where those leave it open
 inline constexpr Accuracy kFine{4, 1e-6};         // whatever is handed out; errors 4^-8 of the above
 
 /// What is constant of a rod. Throws InputError unless length and every c_i are finite and > 0.
@@ -37,7 +38,8 @@ struct NaturalRod {
   std::vector<Vector3> kappa0;                // curvature at rest: one, or one per element
   Vector3 weight;                             // per length, world axes
   KernelRod kernel;                           // kappa0[0] alone
-  double softness, stiffest, largest_kappa0;  // of the moments' stiffnesses; rad over the rod
+  double largest_kappa0, kappa0_at_stiffest;  // |kappa0| and (stiffest c_i)^(1/2) |kappa0|, rad over the rod
+  double bends, waves;  // how fast the moment bends the rod, and how short the waves under it (README.md, 2)
 
   /// `gravity` in m/s^2, world axes.
   NaturalRod(const RodProperties& rod, const Vector3& gravity);
