@@ -43,9 +43,9 @@ double secondsOf(clockid_t clock) {
 struct Tally {
   std::int64_t episodes = 0, steps = 0, contact_steps = 0, motions = 0, crowded = 0;
   std::int64_t penetrations = 0, undecided = 0, not_finite = 0, other_claims = 0;
-  // Stalled steps: where the start's gap is within rounding; with an element that turns by half a turn; that
-  // moved; that did not, and then whether the force left over is below 1e-3 of the gripper's.
-  std::int64_t at_rounding = 0, stalled_moving = 0, stalled_at_rest = 0, stalled = 0;
+  // Stalled steps: where the start's gap is within rounding; with an element that turns by half a turn; in
+  // balance, the force left over being below 1e-3 of the gripper's; that moved; none of these.
+  std::int64_t at_rounding = 0, balanced = 0, stalled_moving = 0, stalled = 0;
   std::int64_t half_turns = 0, held_up = 0, at_limits = 0, jams = 0;
   std::array<std::int64_t, 9> iterations{};                    // 0, 1, 2, 3, 4-5, 6-10, 11-30, 31-100, more
   double least_gap = std::numeric_limits<double>::infinity();  // over r
@@ -56,7 +56,7 @@ struct Tally {
     crowded += o.crowded;
     penetrations += o.penetrations, undecided += o.undecided, not_finite += o.not_finite;
     other_claims += o.other_claims;
-    at_rounding += o.at_rounding, stalled_moving += o.stalled_moving, stalled_at_rest += o.stalled_at_rest;
+    at_rounding += o.at_rounding, stalled_moving += o.stalled_moving, balanced += o.balanced;
     stalled += o.stalled, half_turns += o.half_turns;
     held_up += o.held_up, at_limits += o.at_limits, jams += o.jams;
     for (std::size_t i = 0; i < iterations.size(); ++i) iterations[i] += o.iterations[i];
@@ -298,10 +298,10 @@ Tally runEpisode(const Episode& e, Random& random, std::uint64_t number, bool te
           ++tally.at_rounding;
         else if (atHalfTurn(state.nodes))
           ++tally.half_turns;
+        else if (force < 1e-3)
+          ++tally.balanced;
         else if (moved > 1e-6 * length)
           ++tally.stalled_moving;
-        else if (force < 1e-3)
-          ++tally.stalled_at_rest;
         else
           ++tally.stalled;
         if (++remarks < 30)
@@ -375,19 +375,19 @@ Numbered run(std::uint64_t seed, std::uint64_t number, bool tell) {
 
 void printHeader() {
   fmt::print(
-      "{:<13}{:>9}{:>10}{:>10}{:>10}{:>8}{:>8}{:>6}{:>6}{:>9}{:>8}{:>6}{:>8}{:>8}{:>8}{:>8}{:>6}{:>10}{:>7}{:"
+      "{:<13}{:>9}{:>10}{:>10}{:>10}{:>8}{:>8}{:>6}{:>6}{:>9}{:>6}{:>8}{:>8}{:>8}{:>8}{:>8}{:>6}{:>10}{:>7}{:"
       ">7}\n",
-      "", "episodes", "steps", "contact", "motions", "penetr.", "undec.", "NaN", "other", "rounding",
-      "moving", "half", "at rest", "stalled", "held up", "limits", "jams", "gap/r", "us/st", "us/ck");
+      "", "episodes", "steps", "contact", "motions", "penetr.", "undec.", "NaN", "other", "rounding", "half",
+      "balance", "moving", "stalled", "held up", "limits", "jams", "gap/r", "us/st", "us/ck");
 }
 void print(const char* name, const Tally& t) {
   const double steps = static_cast<double>(std::max<std::int64_t>(t.steps, 1));
   fmt::print(
-      "{:<13}{:>9}{:>10}{:>10}{:>10}{:>8}{:>8}{:>6}{:>6}{:>9}{:>8}{:>6}{:>8}{:>8}{:>8}{:>8}{:>6}{:>10.2g}{:>"
+      "{:<13}{:>9}{:>10}{:>10}{:>10}{:>8}{:>8}{:>6}{:>6}{:>9}{:>6}{:>8}{:>8}{:>8}{:>8}{:>8}{:>6}{:>10.2g}{:>"
       "7.0f}{:>7."
       "0f}\n",
       name, t.episodes, t.steps, t.contact_steps, t.motions, t.penetrations, t.undecided, t.not_finite,
-      t.other_claims, t.at_rounding, t.stalled_moving, t.half_turns, t.stalled_at_rest, t.stalled, t.held_up,
+      t.other_claims, t.at_rounding, t.half_turns, t.balanced, t.stalled_moving, t.stalled, t.held_up,
       t.at_limits, t.jams, t.least_gap, 1e6 * t.step_s / steps, 1e6 * t.check_s / steps);
 }
 
@@ -443,7 +443,9 @@ int runSoak(std::int64_t contact_steps, std::uint64_t seed, int threads) {
     fmt::print("\n");
   };
   for (std::size_t i = 0; i < 3; ++i) histogram(kNewtonNames[i], newtons[i]);
-  return all.penetrations + all.undecided + all.not_finite + all.stalled + all.jams == 0 ? 0 : 1;
+  return all.penetrations + all.undecided + all.not_finite + all.stalled_moving + all.stalled + all.jams == 0
+             ? 0
+             : 1;
 }
 
 /// Rods pulled through a straight and a bent tube in every way: how many pass, stick, jam.
