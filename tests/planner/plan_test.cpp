@@ -15,8 +15,8 @@ Scenario freeSpace(int elements = 16) {
   return s;
 }
 
-Scenario doubleFunnel(int elements) {
-  Scenario s = readScenario(TENDRIL_SOURCE_DIR "/scenarios/double-funnel.yaml");
+Scenario scenario(const std::string& name, int elements) {
+  Scenario s = readScenario(TENDRIL_SOURCE_DIR "/scenarios/" + name + ".yaml");
   s.rod.elements = elements;
   return s;
 }
@@ -54,7 +54,7 @@ std::string failures(const VerificationReport& report) {
 }
 
 TEST(Plan, DoubleFunnelIsSolvedAndVerifiedByAnIndependentCheck) {
-  const Solution solution = planned(doubleFunnel(20), "tendril");
+  const Solution solution = planned(scenario("double-funnel", 20), "tendril");
   ASSERT_EQ(solution.status, PlanStatus::solved);
   EXPECT_EQ(failures(verify(solution)), "");
   EXPECT_GT(solution.run.iterations, 0);
@@ -77,7 +77,7 @@ TEST(Plan, ARodWithARestCurvatureForEachElementIsPlannedAndVerified) {
 }
 
 TEST(Plan, ReplayingTheControlsReproducesEveryState) {
-  const Scenario s = doubleFunnel(16);
+  const Scenario s = scenario("double-funnel", 16);
   const Solution solution = planned(s, "tendril", 3);
   ASSERT_FALSE(solution.controls.empty());
   const Obstacles obstacles = obstaclesOf(s);
@@ -87,12 +87,104 @@ TEST(Plan, ReplayingTheControlsReproducesEveryState) {
 }
 
 TEST(Plan, OneSeedGivesOneResultAndAnotherSeedAnother) {
-  const Scenario s = doubleFunnel(16);
+  const Scenario s = scenario("double-funnel", 16);
   const Solution a = planned(s, "tendril", 5), b = planned(s, "tendril", 5), c = planned(s, "tendril", 6);
   EXPECT_TRUE(sameMotion(a.trajectory, b.trajectory));
   EXPECT_EQ(a.run.iterations, b.run.iterations);
   EXPECT_EQ(a.run.steps, b.run.steps);
   EXPECT_FALSE(sameMotion(a.trajectory, c.trajectory));
+}
+
+Solution plannedBy(int threads, const Scenario& s, std::uint64_t seed) {
+  PlanRequest request;
+  request.seed = seed, request.time_limit_s = 120, request.threads = threads;
+  return plan(s, obstaclesOf(s), request);
+}
+
+TEST(Plan, IsTheSameWhateverTheNumberOfThreads) {
+  const Scenario s = scenario("critical-tunnel-1.50", 16);
+  const Solution one = plannedBy(1, s, 2), three = plannedBy(3, s, 2);
+  ASSERT_EQ(one.status, PlanStatus::solved);
+  EXPECT_TRUE(sameMotion(one.trajectory, three.trajectory));
+  EXPECT_EQ(one.run.iterations, three.run.iterations);
+  EXPECT_EQ(one.run.states, three.run.states);
+  EXPECT_EQ(one.run.steps, three.run.steps);
+}
+
+/// The whole scene in another place and scale; density and time scale stay.
+Scenario moved(const Scenario& s, const Pose& by, double scale) {
+  Scenario m = s;
+  const auto pose = [&](const Pose& p) { return by * Pose{p.rotation, scale * p.position}; };
+  RodProperties& rod = m.rod;
+  rod.length *= scale, rod.radius *= scale;
+  rod.c.head<3>() *= std::pow(scale, 6);  // so that the time scale sqrt(rho A L^4 / EI) stays
+  rod.c.tail<3>() *= std::pow(scale, 4);
+  m.moduli.reset();
+  for (MeshReference& mesh : m.environment.meshes) mesh.pose = pose(mesh.pose), mesh.scale *= scale;
+  // The box is an axis-aligned one; the scene is turned by quarter turns only.
+  Box& box = m.environment.workspace;
+  const Vector3 a = by * (scale * box.min), b = by * (scale * box.max);
+  box.min = a.cwiseMin(b), box.max = a.cwiseMax(b);
+  m.grippers.max_speed *= scale;
+  m.grippers.max_force *= std::pow(scale, 4), m.grippers.max_torque *= std::pow(scale, 5);
+  m.simulation.contact_distance *= scale;
+  const auto place = [&](Placement& placement) {
+    if (auto* chart = std::get_if<PoseAndWrench>(&placement)) {
+      chart->pose = pose(chart->pose);
+      chart->wrench.head<3>() *= std::pow(scale, 5), chart->wrench.tail<3>() *= std::pow(scale, 4);
+    } else {
+      auto& ends = std::get<GripperPoses>(placement);
+      ends.first = pose(ends.first), ends.last = pose(ends.last);
+    }
+  };
+  place(*m.start), place(m.goal->placement);
+  m.goal->position_tolerance *= scale;
+  if (m.goal->shape_tolerance) *m.goal->shape_tolerance *= scale;
+  return m;
+}
+
+TEST(Plan, SucceedsAlikeInASceneThatIsTurnedShiftedOrScaled) {
+  const Quaternion quarter(Eigen::AngleAxisd(M_PI / 2, Vector3::UnitZ()));
+  const Scenario s = scenario("double-funnel", 20);
+  for (const auto& [by, scale] :
+       {std::pair{Pose{quarter, {3, -1, 7}}, 1.0}, {Pose{}, 1000.0}, {Pose{}, 0.001}}) {
+    const Solution solution = planned(moved(s, by, scale), "tendril");
+    ASSERT_EQ(solution.status, PlanStatus::solved) << scale;
+    EXPECT_EQ(failures(verify(solution)), "") << scale;
+  }
+}
+
+TEST(Plan, PutsAHoseBackIntoTheEngineInTheRightShape) {
+  Scenario s = scenario("engine-assembly", 20);
+  const Solution solution = planned(s, "tendril");
+  ASSERT_EQ(solution.status, PlanStatus::solved);
+  EXPECT_EQ(failures(verify(solution)), "");
+}
+
+/// Leads the first end straight up, and counts how often it was asked.
+class Upward : public ExtendStrategy {
+ public:
+  Steps begin(const RodProperties& rod, const RodShape&, const RodShape&, Random&) const override {
+    ++begun;
+    return [length = rod.length, done = false](const RodShape& now) mutable -> std::optional<Extension> {
+      if (std::exchange(done, true)) return std::nullopt;
+      Pose target = now.front();
+      target.position.z() += 0.3 * length;
+      return Extension{{{.moving = End::first, .hold_other = false, .target = target}}};
+    };
+  }
+  mutable std::atomic<int> begun = 0;
+};
+
+TEST(Plan, TakesAThirdPartysStrategyInItsShare) {
+  const Scenario s = scenario("double-funnel", 12);
+  PlanRequest request;
+  request.time_limit_s = 60;
+  const auto upward = std::make_shared<Upward>();
+  request.strategies = {{1.0, upward}};
+  const Solution solution = plan(s, obstaclesOf(s), request);
+  EXPECT_EQ(solution.status, PlanStatus::solved);
+  EXPECT_GT(upward->begun, 0);
 }
 
 TEST(Plan, HoldsOnlyWhatTheScenariosGraspsAllow) {
@@ -116,7 +208,7 @@ TEST(Plan, StartInsideTheGoalNeedsNoMotion) {
 }
 
 TEST(Plan, LimitsAndCancellationAreSaidAndTheMotionStaysValid) {
-  Scenario s = doubleFunnel(16);
+  Scenario s = scenario("double-funnel", 16);
   EXPECT_EQ(planned(s, "tendril", 1, 0).status, PlanStatus::time_limit);
   s.planner.extend_limit = 2;
   const Solution limited = planned(s, "tendril");
@@ -143,7 +235,7 @@ std::string messageOf(const Scenario& s) {
 }
 
 TEST(Plan, BadStartSaysWhichConditionFailsAndWhere) {
-  Scenario s = doubleFunnel(20);
+  Scenario s = scenario("double-funnel", 20);
   auto& start = std::get<PoseAndWrench>(*s.start);
   const PoseAndWrench good = start;
 
