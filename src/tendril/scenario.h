@@ -74,9 +74,13 @@ struct PlannerSettings {
   double reach_fraction = 0.01;  // epsilon of Algorithm 1 as a fraction of L
   double phase_limit_s = 3.0;    // simulated time one phase of EXTEND may take
   double stall_fraction = 0.2;   // a phase ends when no node moves faster than this fraction of max_speed
-  double explore_time_step_s = 0.05;         // time step of the coarse exploration
-  int explore_elements = 12;                 // elements of the coarse exploration; 0: the rod's own
-  int explore_newton_iterations = 5;         // Newton iterations a coarse step may take
+  double explore_time_step_s = 0.05;  // time step of the coarse exploration
+  int explore_elements = 12;          // elements of the coarse exploration; 0: the rod's own
+  int explore_newton_iterations = 5;  // Newton iterations a coarse step may take
+  int goal_extends = 60;              // extensions an attempt spends on the goal's surroundings
+  int attempt_extends = 300;          // extensions of the first attempts
+  double failure_penalty = 1.0;       // what a failed growth adds to a state's distance, in multiples of it
+  double along_share = 0.25;          // share of growths along an end's tangent
   double sample_moment = 6.283185307179586;  // half-width of the box of a: moments, EI/L
   double sample_force = 40.0;                // half-width of the box of a: forces, EI/L^2
 };
@@ -98,6 +102,15 @@ void visitPlannerSettings(Settings& s, Visit&& visit) {
         "elements of the coarse exploration; 0: the rod's own");
   visit("explore_newton_iterations", s.explore_newton_iterations, 1, 100, "-",
         "Newton iterations a coarse step may take");
+  visit("goal_extends", s.goal_extends, 0, 1000000, "-",
+        "extensions an attempt spends, one in four, on pulling the rod out of the goal: where it comes by "
+        "are aims");
+  visit("attempt_extends", s.attempt_extends, 1, 1000000000, "-",
+        "extensions of the first attempts; later ones have 1, 2, 4 ... times as many (Luby's sequence)");
+  visit("failure_penalty", s.failure_penalty, 0.0, 1000.0, "-",
+        "what each failed growth adds to a state's distance as the tree sees it, in multiples of it");
+  visit("along_share", s.along_share, 0.0, 1.0, "-",
+        "share of growths that pull or push an end along its own tangent; the others are Algorithm 1's");
   visit("sample_moment", s.sample_moment, 0.0, 100.0, "EI/L", "half-width of the sampling box of a, moments");
   visit("sample_force", s.sample_force, 0.0, 1000.0, "EI/L^2", "half-width of the sampling box of a, forces");
 }

@@ -68,7 +68,7 @@ int ContactRrt::nearest(const Tree& tree, const RodShape& target, bool count_fai
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < tree.nodes.size(); ++k) {
     const Node& node = tree.nodes[k];
-    const double factor = count_failures ? 1 + node.failures : 1;
+    const double factor = count_failures ? 1 + settings_.failure_penalty * node.failures : 1;
     if (factor * (node.centroid - centroid).norm() >= least) continue;  // (6) is no less
     const double distance = factor * meanNodeDistance(node.state->rod.nodes, target);
     if (distance < least) least = distance, best = static_cast<int>(k);

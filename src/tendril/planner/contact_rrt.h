@@ -8,16 +8,18 @@
 namespace tendril {
 
 struct ContactRrtSettings {
-  double goal_bias = 0.3;  // probability of aiming at the goal, or at a state of its surroundings
-  int goal_extends = 60;   // extensions spent on the goal's surroundings, one in four of all
-  int extends = 0;         // extensions after which the tree gives up
+  double goal_bias = 0;        // probability of aiming at the goal, or at a state of its surroundings
+  int goal_extends = 0;        // extensions spent on the goal's surroundings, one in four of all
+  double failure_penalty = 0;  // what a failed growth adds to a state's distance, in multiples of it
+  int extends = 0;             // extensions after which the tree gives up
 };
 
 /// RRT on the rod's state space, with
 /// - a second tree that grows from the goal outward: the rod is pulled out of it by simulation. Its states
 /// are
 ///   aims: whoever stands near one follows their way to the goal, the deeper end leading;
-/// - failures: the nearest state is the one that minimises d (1 + number of failed growths from it);
+/// - failures: the nearest state is the one that minimises d (1 + failure_penalty times the number of failed
+/// growths from it);
 /// - novelty: a state within 0.01 L of another adds nothing;
 /// - strategies (ExtendStrategy) drawn by their shares.
 class ContactRrt : public ompl::base::Planner {
@@ -50,7 +52,7 @@ class ContactRrt : public ompl::base::Planner {
   using Stop = ompl::base::PlannerTerminationCondition;
 
   int add(Tree& tree, State* state, ControlValue* control, int parent);
-  /// The node that minimises distance (6) times (1 + failures), or without these.
+  /// The node that minimises distance (6), failures counted or not.
   [[nodiscard]] int nearest(const Tree& tree, const RodShape& target, bool count_failures) const;
   [[nodiscard]] bool isNew(const Tree& tree, const RodShape& shape) const;
   /// Carries out `steps` from a node toward `target`; true if it reaches the goal.

@@ -149,11 +149,14 @@ class Explorer {
 
 ob::PlannerPtr Explorer::makePlanner(const oc::SpaceInformationPtr& si, int extends) {
   if (!method_.tendril) return omplPlanner(request_.planner, si, settings_.goal_bias);
-  std::vector<StrategyShare> strategies = builtInStrategies();
+  std::vector<StrategyShare> strategies = builtInStrategies(settings_.along_share);
   strategies.insert(strategies.end(), request_.strategies.begin(), request_.strategies.end());
-  return std::make_shared<ContactRrt>(
-      si, model_, std::move(strategies),
-      ContactRrtSettings{.goal_bias = settings_.goal_bias, .extends = extends}, random_);
+  return std::make_shared<ContactRrt>(si, model_, std::move(strategies),
+                                      ContactRrtSettings{.goal_bias = settings_.goal_bias,
+                                                         .goal_extends = settings_.goal_extends,
+                                                         .failure_penalty = settings_.failure_penalty,
+                                                         .extends = extends},
+                                      random_);
 }
 
 Exploration Explorer::explore(const std::vector<Root>& roots, int extends) {
@@ -379,8 +382,6 @@ Outcome attempt(const Problem& problem, const Scenario& explored, int extends, s
   return outcome;
 }
 
-constexpr int kFirstAttempt = 300;  // extensions
-
 /// Luby's sequence 1 1 2 1 1 2 4 1 1 2 ..., from k = 0 (Luby, Sinclair and Zuckerman 1993): restarts that are
 /// within a logarithm of the best there are, whatever the distribution.
 int luby(int k) {
@@ -473,7 +474,8 @@ void Portfolio::work(bool reports) {
       const std::int64_t left = limit - granted_;
       if (left <= 0) return supervisor_.giveUp(Reason::extends);
       most = static_cast<int>(std::min<std::int64_t>(
-          left, tendril ? std::int64_t{kFirstAttempt} * luby(number / 2) : std::numeric_limits<int>::max()));
+          left, tendril ? std::int64_t{problem_.scenario.planner.attempt_extends} * luby(number / 2)
+                        : std::numeric_limits<int>::max()));
       granted_ += most;
       mine = &attempts_.emplace_back();
     }

@@ -79,8 +79,8 @@ ExtendStrategy::Steps lead(const RodProperties& rod, End end, const Pose& target
   };
 }
 
-std::vector<StrategyShare> builtInStrategies() {
-  return {{0.75, std::make_shared<Aim>()}, {0.25, std::make_shared<Along>()}};
+std::vector<StrategyShare> builtInStrategies(double along_share) {
+  return {{1 - along_share, std::make_shared<Aim>()}, {along_share, std::make_shared<Along>()}};
 }
 
 }  // namespace tendril

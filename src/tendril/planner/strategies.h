@@ -14,6 +14,6 @@ inline constexpr double kPiece = 0.15;  // L
 
 /// Algorithm 1 toward the sample, a random end leading (share 0.75); a random end along its own tangent, out
 /// or in (0.25).
-[[nodiscard]] std::vector<StrategyShare> builtInStrategies();
+[[nodiscard]] std::vector<StrategyShare> builtInStrategies(double along_share);
 
 }  // namespace tendril
