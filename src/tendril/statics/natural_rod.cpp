@@ -102,10 +102,11 @@ int NaturalRod::stepCount(const Vector6& a, const Accuracy& accuracy) const {
 AlignedWrench aligned(const Vector6& a, int steps) {
   AlignedWrench out;
   const Vector3 n = a.tail<3>();
-  const double force = n.norm(), scale = force > 0 ? 1 / force : 0;
-  const double sign = n.z() < 0 ? -1 : 1;
-  Quaternion q(1 + sign * scale * n.z(), sign * scale * n.y(), -sign * scale * n.x(), 0);
-  q.normalize();
+  const double force = n.norm(), sign = n.z() < 0 ? -1 : 1, scale = force > 0 ? sign / force : 0;
+  // by the angle between the force, or its opposite, and z
+  const double cosine_of_half = std::sqrt(force > 0 ? 0.5 + 0.5 * scale * n.z() : 1);
+  const double x = 0.5 * scale / cosine_of_half;
+  const Quaternion q(cosine_of_half, x * n.y(), -x * n.x(), 0);
   const Vector3 m = q * Vector3(a.head<3>());
   for (int i = 0; i < 3; ++i) out.moment[i] = m[i];
   out.force = sign * force;
