@@ -147,7 +147,7 @@ void addPlan(CLI::App& app, int& status) {
       ->type_name("S");
   command
       .add_option("--threads", options->threads,
-                  "Recorded; planning takes one thread, and the plan is the same for any number")
+                  "Attempts made at once; the plan is the same for any number")
       ->capture_default_str()
       ->check(CLI::Range(1, 1024))
       ->type_name("K");
