@@ -1,6 +1,6 @@
 # Precompiled headers, which spare a good part of the compiling. They hold only what nearly every source that uses them
-# includes anyway, so that a source that forgets an include is still found; -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON builds
-# without them.
+# includes anyway, so that a source that forgets an include is still found; -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON
+# -DTENDRIL_UNITY=OFF finds every one.
 # tendril_add_precompiled(NAME HEADERS... [LIBS libraries...]): a target for others to REUSE_FROM. It links with little, since
 # GCC wants every macro defined here to be defined there, too.
 function(tendril_add_precompiled NAME)
