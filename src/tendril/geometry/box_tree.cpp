@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <memory>
-#include <new>
 #include <stdexcept>
 #include <type_traits>
 
@@ -18,38 +18,6 @@ constexpr unsigned kBranching = 4;
 constexpr unsigned kDepth = 64;  // Embree splits by halves when it comes near this
 constexpr std::size_t kStack =
     kDepth * (kBranching - 1) + 1;  // what depth-first traversal can have to remember
-
-/// A node or, without children, a leaf as Embree's builder makes them; lives until the tree is flattened.
-struct BuildNode {
-  unsigned children_count = 0;
-  unsigned item = 0;
-  const BuildNode* children[kBranching] = {};
-  RTCBounds bounds[kBranching] = {};
-};
-
-void* createNode(RTCThreadLocalAllocator allocator, unsigned children_count, void*) {
-  auto* node = new (rtcThreadLocalAlloc(allocator, sizeof(BuildNode), 16)) BuildNode;
-  node->children_count = children_count;
-  return node;
-}
-
-void* createLeaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* primitives, std::size_t count,
-                 void*) {
-  assert(count == 1);
-  static_cast<void>(count);
-  auto* leaf = new (rtcThreadLocalAlloc(allocator, sizeof(BuildNode), 16)) BuildNode;
-  leaf->item = primitives->primID;
-  return leaf;
-}
-
-void setChildren(void* node, void** children, unsigned count, void*) {
-  for (unsigned k = 0; k < count; ++k)
-    static_cast<BuildNode*>(node)->children[k] = static_cast<const BuildNode*>(children[k]);
-}
-
-void setBounds(void* node, const RTCBounds** bounds, unsigned count, void*) {
-  for (unsigned k = 0; k < count; ++k) static_cast<BuildNode*>(node)->bounds[k] = *bounds[k];
-}
 
 /// A float not above x: at most two units in the last place below it. Boxes end at the range of float.
 float roundedDown(double x) {
@@ -72,6 +40,68 @@ BoxTree::FloatBox BoxTree::roundedOutward(const Aabb& box) {
   return result;
 }
 
+/// What Embree's builder calls, from one thread. It keeps a child as a pointer it never follows; here that is
+/// its code, as in Node::child, in an integer that is never 0.
+struct BoxTree::Builder {
+  static void* pointer(int code) { return reinterpret_cast<void*>(2 * std::intptr_t{code} + 1); }
+  static int code(const void* pointer) {
+    return static_cast<int>((reinterpret_cast<std::intptr_t>(pointer) - 1) / 2);
+  }
+
+  static void* createNode(RTCThreadLocalAllocator, unsigned, void* tree) {
+    auto& nodes = static_cast<BoxTree*>(tree)->nodes_;
+    constexpr float kNowhere = std::numeric_limits<float>::infinity();
+    Node& node = nodes.emplace_back();
+    for (int i = 0; i < 3; ++i)
+      node.min[i] = all(kNowhere), node.max[i] = all(-kNowhere), node.center[i] = all(0);
+    node.radius = all(0);
+    for (int& child : node.child) child = -1;
+    return pointer(static_cast<int>(nodes.size()) - 1);
+  }
+
+  static void setBounds(void* node, const RTCBounds** bounds, unsigned count, void* tree) {
+    for (unsigned k = 0; k < count; ++k) {
+      const RTCBounds& b = *bounds[k];
+      static_cast<BoxTree*>(tree)->setBox(
+          code(node), k, {{b.lower_x, b.lower_y, b.lower_z}, {b.upper_x, b.upper_y, b.upper_z}});
+    }
+  }
+
+  static void setChildren(void* node, void** children, unsigned count, void* tree) {
+    for (unsigned k = 0; k < count; ++k)
+      static_cast<BoxTree*>(tree)->node(code(node)).child[k] = code(children[k]);
+  }
+
+  /// A leaf of several items is a node.
+  static void* createLeaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* items,
+                          std::size_t count, void* tree) {
+    assert(count <= kBranching);
+    if (count == 1) return pointer(~static_cast<int>(items[0].primID));
+    void* leaf = createNode(allocator, static_cast<unsigned>(count), tree);
+    for (unsigned k = 0; k < count; ++k) {
+      const RTCBuildPrimitive& item = items[k];
+      static_cast<BoxTree*>(tree)->setBox(
+          code(leaf), k,
+          {{item.lower_x, item.lower_y, item.lower_z}, {item.upper_x, item.upper_y, item.upper_z}});
+      static_cast<BoxTree*>(tree)->node(code(leaf)).child[k] = ~static_cast<int>(item.primID);
+    }
+    return leaf;
+  }
+};
+
+void BoxTree::setBox(int number, unsigned k, const FloatBox& box) {
+  Node& node = this->node(number);
+  float extent2 = 0;
+  for (int i = 0; i < 3; ++i) {
+    node.min[i][k] = box.min[i], node.max[i][k] = box.max[i];
+    node.center[i][k] = 0.5F * box.min[i] + 0.5F * box.max[i];
+    const float half = std::max(box.max[i] - node.center[i][k], node.center[i][k] - box.min[i]);
+    extent2 += half * half;
+    largest_ = std::max({largest_, std::abs(box.min[i]), std::abs(box.max[i])});
+  }
+  node.radius[k] = std::sqrt(extent2);
+}
+
 BoxTree::BoxTree(std::span<const Aabb> boxes) {
   if (boxes.empty()) return;
   std::vector<RTCBuildPrimitive> items(boxes.size());
@@ -80,6 +110,7 @@ BoxTree::BoxTree(std::span<const Aabb> boxes) {
     items[i] = {box.min[0], box.min[1], box.min[2], 0,
                 box.max[0], box.max[1], box.max[2], static_cast<unsigned>(i)};
   }
+  nodes_.reserve(boxes.size() / 2 + 1);  // most trees need less; what is not used is never touched
 
   // One thread: the build takes milliseconds, and the tree is the same every time.
   using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, decltype(&rtcReleaseDevice)>;
@@ -90,60 +121,26 @@ BoxTree::BoxTree(std::span<const Aabb> boxes) {
   RTCBuildArguments arguments = rtcDefaultBuildArguments();
   arguments.bvh = build.get();
   arguments.maxBranchingFactor = kBranching;
-  arguments.maxDepth = kDepth;
-  arguments.minLeafSize = arguments.maxLeafSize = 1;
+  arguments.maxDepth = kDepth - 1;  // a leaf of several items is one level more
+  arguments.minLeafSize = arguments.maxLeafSize = kBranching;
   arguments.primitives = items.data();
   arguments.primitiveCount = arguments.primitiveArrayCapacity = items.size();
-  arguments.createNode = createNode;
-  arguments.createLeaf = createLeaf;
-  arguments.setNodeChildren = setChildren;
-  arguments.setNodeBounds = setBounds;
-  const auto* root = static_cast<const BuildNode*>(rtcBuildBVH(&arguments));
+  arguments.createNode = Builder::createNode;
+  arguments.createLeaf = Builder::createLeaf;
+  arguments.setNodeChildren = Builder::setChildren;
+  arguments.setNodeBounds = Builder::setBounds;
+  arguments.userPtr = this;
+  const void* root = rtcBuildBVH(&arguments);
   if (root == nullptr) throw std::runtime_error("Embree could not build the tree of the obstacles.");
-
-  BuildNode above_leaf;  // a single item has no node above it: give it one
-  if (root->children_count == 0) {
-    above_leaf.children_count = 1;
-    above_leaf.children[0] = root;
-    above_leaf.bounds[0] = {items[0].lower_x, items[0].lower_y, items[0].lower_z, 0,
-                            items[0].upper_x, items[0].upper_y, items[0].upper_z, 0};
-    root = &above_leaf;
+  root_ = Builder::code(root);
+  if (root_ < 0) {  // a single item has no node above it: give it one
+    const RTCBuildPrimitive& item = items[0];
+    void* above = Builder::createNode(nullptr, 1, this);
+    root_ = Builder::code(above);
+    setBox(root_, 0,
+           {{item.lower_x, item.lower_y, item.lower_z}, {item.upper_x, item.upper_y, item.upper_z}});
+    node(root_).child[0] = ~static_cast<int>(item.primID);
   }
-  nodes_.reserve(boxes.size() / 2 + 1);
-  flatten(root);
-  nodes_.shrink_to_fit();
-}
-
-int BoxTree::flatten(const void* build_node) {
-  const auto& from = *static_cast<const BuildNode*>(build_node);
-  const std::size_t number = nodes_.size();
-  nodes_.emplace_back();
-  constexpr float kNowhere = std::numeric_limits<float>::infinity();
-  Node node;
-  for (unsigned k = 0; k < kBranching; ++k) {
-    const bool exists = k < from.children_count;
-    const RTCBounds& b = from.bounds[k];
-    const float min[3] = {b.lower_x, b.lower_y, b.lower_z}, max[3] = {b.upper_x, b.upper_y, b.upper_z};
-    for (int i = 0; i < 3; ++i) {
-      node.min[i][k] = exists ? min[i] : kNowhere;
-      node.max[i][k] = exists ? max[i] : -kNowhere;
-    }
-    node.child[k] = -1;
-    float extent2 = 0;
-    for (int i = 0; i < 3; ++i) {
-      node.center[i][k] = exists ? 0.5F * min[i] + 0.5F * max[i] : 0;
-      const float half = std::max(max[i] - node.center[i][k], node.center[i][k] - min[i]);
-      extent2 += half * half;
-      if (exists) largest_ = std::max({largest_, std::abs(min[i]), std::abs(max[i])});
-    }
-    node.radius[k] = exists ? std::sqrt(extent2) : 0;
-    if (exists) {
-      const BuildNode& child = *from.children[k];
-      node.child[k] = child.children_count == 0 ? ~static_cast<int>(child.item) : flatten(&child);
-    }
-  }
-  nodes_[number] = node;
-  return static_cast<int>(number);
 }
 
 template <class MayMeet>
@@ -155,7 +152,7 @@ void BoxTree::visit(const Aabb& box, const MayMeet& may_meet, std::vector<int>& 
 
   int stack[kStack];
   std::size_t top = 0;
-  stack[top++] = 0;
+  stack[top++] = root_;
   while (top > 0) {
     const Node& node = nodes_[static_cast<std::size_t>(stack[--top])];
     Int4 meets = (node.min[0] <= max_x) & (node.max[0] >= min_x) & (node.min[1] <= max_y) &

@@ -40,10 +40,13 @@ class BoxTree {
   void visit(const Aabb& box, const MayMeet& may_meet, std::vector<int>& out) const;
 
   [[nodiscard]] static FloatBox roundedOutward(const Aabb& box);
-  int flatten(const void* build_node);
+  struct Builder;
+  [[nodiscard]] Node& node(int number) { return nodes_[static_cast<std::size_t>(number)]; }
+  void setBox(int node, unsigned k, const FloatBox& box);  // of child k
 
-  float largest_ = 0;        // coordinate
-  std::vector<Node> nodes_;  // the root first, each node before its descendants
+  float largest_ = 0;  // coordinate
+  int root_ = 0;
+  std::vector<Node> nodes_;  // as they were built: each before its descendants
 };
 
 }  // namespace tendril

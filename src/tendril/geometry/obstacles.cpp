@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
-#include <tuple>
+#include <numeric>
 
 #include "tendril/geometry.h"
 #include "tendril/geometry/box_tree.h"
@@ -65,17 +65,26 @@ struct Obstacles::Data {
 };
 
 void Obstacles::Data::findEdges() {
-  std::vector<EdgeUse> uses;
-  uses.reserve(3 * faces.size());
-  for (std::size_t f = 0; f < faces.size(); ++f)
-    for (int k = 0; k < 3; ++k) {
-      const auto [a, b] = std::minmax(faces[f].vertices[static_cast<std::size_t>(k)],
-                                      faces[f].vertices[static_cast<std::size_t>((k + 1) % 3)]);
-      uses.push_back({a, b, static_cast<int>(f), k});
-    }
-  std::sort(uses.begin(), uses.end(), [](const EdgeUse& x, const EdgeUse& y) {
-    return std::tie(x.a, x.b, x.face, x.k) < std::tie(y.a, y.b, y.face, y.k);
-  });
+  // Sorted by a, b, face, k: counted by a, each then sorted by b with the order of the faces kept.
+  std::vector<std::size_t> begin(vertices.size() + 1);  // of the uses of the edges from a
+  const auto forEachUse = [this](const auto& visit) {
+    for (std::size_t f = 0; f < faces.size(); ++f)
+      for (int k = 0; k < 3; ++k) {
+        const auto [a, b] = std::minmax(faces[f].vertices[static_cast<std::size_t>(k)],
+                                        faces[f].vertices[static_cast<std::size_t>((k + 1) % 3)]);
+        visit(EdgeUse{a, b, static_cast<int>(f), k});
+      }
+  };
+  forEachUse([&](const EdgeUse& use) { ++begin[static_cast<std::size_t>(use.a) + 1]; });
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<EdgeUse> uses(3 * faces.size());
+  std::vector<std::size_t> end(begin.begin(), begin.end() - 1);
+  forEachUse([&](const EdgeUse& use) { uses[end[static_cast<std::size_t>(use.a)]++] = use; });
+  for (std::size_t a = 0; a < end.size(); ++a)
+    std::stable_sort(uses.data() + begin[a], uses.data() + end[a],
+                     [](const EdgeUse& x, const EdgeUse& y) { return x.b < y.b; });
+
+  edges.reserve(2 * faces.size());
   for (std::size_t first = 0, last = 0; first < uses.size(); first = last) {
     while (last < uses.size() && uses[last].a == uses[first].a && uses[last].b == uses[first].b) {
       const EdgeUse& use = uses[last++];
@@ -104,6 +113,11 @@ MeshEdge Obstacles::Data::edge(std::span<const EdgeUse> uses) const {
 
 Obstacles::Obstacles(std::span<const TriangleMesh> meshes) {
   auto data = std::make_unique<Data>();
+  std::size_t vertices_count = 0, faces_count = 0;
+  for (const TriangleMesh& mesh : meshes)
+    vertices_count += mesh.vertices.size(), faces_count += mesh.faces.size();
+  data->vertices.reserve(vertices_count);
+  data->faces.reserve(faces_count);
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     const int offset = static_cast<int>(data->vertices.size());
     const std::span<const Vector3> vertices = checkedVertices(meshes[m], m);
