@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kPhase = 1;        // s of simulated time the grippers carry on for, per phase
 constexpr double kTimeStep = 0.02;  // s, at least: the probe wants rest, not waves
-constexpr double kAtRest = 0.02;    // of the grippers' speed: a phase ends where nothing moves faster
+constexpr double kAtRest = 0.02;    // of the grippers' speed: what moves slower is at rest
 constexpr double kNearer = 0.9;     // of the distance: a probe that ends nearer gets on
 constexpr double kAtLimit = 0.95;   // of its largest force or torque: the gripper exerts it
 constexpr double kResists = 0.1;    // of the gripper's force: contacts that add up to less do not resist it
@@ -19,8 +19,8 @@ constexpr double kOpposite = -0.5;  // cosine of the angle between forces that p
 /// What came of carrying on toward the goal.
 struct Probe {
   RodState state;
-  bool reached = false;  // the goal
-  bool arrived = false;  // both ends at their poses, and at rest
+  bool reached = false;       // the goal
+  bool ends_reached = false;  // both ends are at the goal, and the rod at rest
   bool cancelled = false;
   // Of the first phase whose gripper did not get to its pose.
   std::optional<End> stuck;
@@ -90,8 +90,7 @@ class Prober {
 };
 
 Probe Prober::operator()(const RodShape& last, End leading) {
-  const Extend extend(
-      model_, {.reach = reach_, .phase_limit = kPhase, .stall_speed = kAtRest * model_.grippers.max_speed});
+  const Extend extend(model_, {.reach = reach_, .phase_limit = kPhase});
   Probe probe;
   probe.state = RodState::atRest(last);
   for (const Phase& phase : algorithm1(leading, {goal_.shape().front(), goal_.shape().back()}).phases) {
@@ -116,7 +115,8 @@ Probe Prober::operator()(const RodShape& last, End leading) {
 /// Holds both ends until the rod is at rest, if the scenario's grasps allow it.
 void Prober::rest(Probe& probe) {
   if (!model_.grippers.allows(Grasp::both)) return;
-  const Control hold{.held = {true, true}};
+  Control hold;
+  hold.held = {true, true};
   ControlRunner runner(model_, hold, probe.state);
   const double least = kAtRest * model_.grippers.max_speed * model_.simulation.time_step;
   for (double time = 0; time < kPhase; time += model_.simulation.time_step) {
