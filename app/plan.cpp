@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "commands.h"
 #include "common.h"
@@ -56,6 +57,86 @@ VerificationReport verifyClaim(Solution& solution) {
   return report;
 }
 
+std::string describe(const Vector3& place) {
+  return fmt::format("({:.3g}, {:.3g}, {:.3g}) m", place.x(), place.y(), place.z());
+}
+
+/// What may help whatever it is that stopped the search.
+const char* moreTime(PlanStatus status) {
+  if (status == PlanStatus::cancelled) return "letting it run";
+  return status == PlanStatus::iteration_limit ? "a larger planner.extend_limit" : "a longer --time-limit";
+}
+
+/// How a gripper that is stuck is held, and what may help besides more time.
+std::pair<std::string, const char*> describeHold(const Shortfall& s) {
+  const double force = s.gripper_force.value_or(0), torque = s.gripper_torque.value_or(0);
+  const std::string radius =
+      s.bend_radius ? fmt::format("a radius of {:.3g} m", *s.bend_radius) : "no radius";
+  switch (*s.limit) {
+    case Limit::torque:
+      return {fmt::format("the gripper turns with its largest torque, {:.3g} N m", torque),
+              "stronger grippers (grippers.max_torque_n_m)"};
+    case Limit::clearance:
+      return {fmt::format("the rod is held between opposite sides, with {:.2g} mm of clearance left, and the "
+                          "gripper pulls with its largest force, {:.3g} N",
+                          1e3 * s.clearance.value_or(0), force),
+              "a wider passage or a thinner rod (rod.radius_m)"};
+    case Limit::bend:
+      return {
+          fmt::format("the rod itself resists, bent to {}, and the gripper exerts {:.3g} N and {:.3g} N m",
+                      radius, force, torque),
+          "stronger grippers (grippers.max_force_n, max_torque_n_m) or a softer rod"};
+    default:
+      return {fmt::format("the gripper pulls with its largest force, {:.3g} N", force),
+              "stronger grippers (grippers.max_force_n)"};
+  }
+}
+
+/// What stops the rod, and what may help, as sentences.
+std::string describeLimit(const Shortfall& s, PlanStatus status) {
+  const char* more = moreTime(status);
+  if (!s.limit) return fmt::format("There was no time to find out what stops it. Try {}.", more);
+  if (*s.limit == Limit::time)
+    return fmt::format("Nothing holds it there: it can go on toward the goal. Try {}.", more);
+  if (*s.limit == Limit::shape)
+    return fmt::format(
+        "Its ends get to the goal from there, but the rod then lies in another equilibrium, which is "
+        "farthest "
+        "from the goal's shape at {}. Try {}, or a larger goal.tolerance.shape_m if another shape will do.",
+        describe(*s.position), more);
+  if (*s.limit == Limit::workspace)
+    return fmt::format(
+        "When its {} end goes straight on toward the goal, the rod leaves the workspace at {}. Try {} or a "
+        "larger environment.workspace_m.",
+        name(*s.gripper), describe(*s.position), more);
+  const auto [hold, help] = describeHold(s);
+  const bool at_contact = s.contact && *s.limit != Limit::bend;
+  std::string text = fmt::format(
+      "When its {} end goes straight on toward the goal, it is stuck at {}{}: {}.", name(*s.gripper),
+      describe(*s.position),
+      at_contact ? fmt::format(" against {} (face {})", s.contact->mesh, s.contact->face) : "", hold);
+  if (s.bend_radius && *s.limit != Limit::bend)
+    text += fmt::format(" The rod is bent to a radius of {:.3g} m, {:.3g} m along it.", *s.bend_radius,
+                        s.bend_radius_s.value_or(0));
+  return text + fmt::format(" Try {} or {}.", more, help);
+}
+
+/// One paragraph about a motion that did not get to the goal.
+std::string describe(const Shortfall& s, const Solution& solution) {
+  const auto end = [&](End e) {
+    const auto k = static_cast<std::size_t>(e);
+    return fmt::format(
+        "the {} end {:.3g} m ({:.0f} % of the rod) and {:.0f} degrees from its pose at the goal", name(e),
+        s.end_distance[k], 100 * s.end_distance[k] / solution.scenario.rod.length,
+        s.end_angle[k] * 180 / std::numbers::pi);
+  };
+  return fmt::format(
+      "No plan was found in {:.3g} s. The motion that came nearest ends with {}, {}, and the rod {:.3g} m "
+      "from "
+      "the goal's shape on average. {}",
+      solution.run.wall_time, end(End::first), end(End::last), s.distance, describeLimit(s, solution.status));
+}
+
 void printSummary(const Solution& solution, const std::optional<VerificationReport>& report,
                   const Written& written) {
   const Provenance& run = solution.run;
@@ -69,8 +150,8 @@ void printSummary(const Solution& solution, const std::optional<VerificationRepo
                  1e3 * report->smallest_clearance);
     else
       fmt::print("verified; there are no obstacles\n");
-  } else if (!report) {
-    fmt::print("no plan was found; this is the motion that came nearest to the goal\n");
+  } else if (solution.shortfall) {
+    fmt::print("{}\n", describe(*solution.shortfall, solution));
   }
   printExtremes(solution);
   fmt::print("{}\n{} (open it in a browser)\n", written.solution.string(), written.page.string());
@@ -92,6 +173,7 @@ nlohmann::json summaryJson(const Solution& solution, const std::optional<Verific
                          {"controls", solution.controls.size()},
                          {"verified", report && report->valid()}};
   if (report) json["verification"] = toJson(*report);
+  if (solution.shortfall) json["shortfall"] = tendril::toJson(*solution.shortfall);
   addQuantities(json, solution);
   return json;
 }

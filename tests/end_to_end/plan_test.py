@@ -175,6 +175,27 @@ class NoPlan(Case):
         self.assertTrue(self.tendril_json("replay", "plan/solution.json")["reproduced"])
         return usage.ru_utime + usage.ru_stime
 
+    def test_a_blocked_rod_is_said_to_be_stuck_in_the_mouth_of_the_tunnel(self):
+        scenario = self.variant(DOUBLE_FUNNEL, *BLOCKED, ("\ngoal:", "\nplanner: {extend_limit: 60}\ngoal:"))
+        summary = self.tendril_json("plan", scenario, "-o", "plan", expect=NO)
+        self.assertEqual(summary["status"], "iteration_limit")
+        shortfall = summary["shortfall"]
+        solution = json.loads((self.folder / "plan" / "solution.json").read_text())
+        self.assertEqual(solution["shortfall"], shortfall)
+        last = solution["trajectory"]["nodes"][-1]
+        goal = [(2, -0.5 + i / 40, 0) for i in range(41)]
+        distances = [math.dist(node[:3], target) for node, target in zip(last, goal)]
+        self.assertAlmostEqual(shortfall["distance_m"], sum(distances) / 41, 4)
+        self.assertAlmostEqual(shortfall["largest_distance_m"], max(distances), 4)
+        for found, expected in zip(shortfall["end_distance_m"], (distances[0], distances[-1])):
+            self.assertAlmostEqual(found, expected, 4)
+
+        stdout, _ = self.tendril("plan", scenario, "-o", "again", expect=NO)
+        self.assertIn("No plan was found in ", stdout)
+        self.assertIn("Try a larger planner.extend_limit", stdout)
+        self.assertIn(f"{shortfall['distance_m']:.3g} m from the goal's shape on average", stdout)
+        self.assertIn("Shown is the motion that came nearest to the goal", (self.folder / "again" / "view.html").read_text())
+
     def test_the_time_limit_is_kept_and_the_nearest_motion_written(self):
         self.assertLess(self.finish(self.start("--time-limit", "2"), "time_limit"), 2 + 3)
 

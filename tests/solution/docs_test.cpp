@@ -48,6 +48,15 @@ TEST(SolutionDocumentation, HasARowForEveryQuantity) {
       [&](const std::string& key, auto) { EXPECT_NE(docs.find("`" + key + "`"), std::string::npos) << key; });
 }
 
+TEST(SolutionDocumentation, HasARowForEveryPartOfAShortfallAndForEveryLimit) {
+  const std::string docs = readFile(TENDRIL_SOURCE_DIR "/docs/solution.md");
+  const std::string part = docs.substr(docs.find("## Shortfall"));
+  visitShortfall(
+      [&](const std::string& key, auto) { EXPECT_NE(part.find("`" + key + "`"), std::string::npos) << key; });
+  for (const Limit limit : kLimits)
+    EXPECT_NE(part.find(std::string("| `") + name(limit) + "` |"), std::string::npos) << name(limit);
+}
+
 TEST(SolutionDocumentation, NamesEveryStatus) {
   const std::string docs = readFile(TENDRIL_SOURCE_DIR "/docs/solution.md");
   for (const PlanStatus status : {PlanStatus::solved, PlanStatus::time_limit, PlanStatus::iteration_limit,

@@ -255,6 +255,63 @@ TEST_F(SolutionFile, EveryErrorInTheQuantitiesNamesItsKey) {
         "and force_n (three numbers each).");
 }
 
+TEST_F(SolutionFile, AShortfallIsInTheFileOnlyIfThereIsOneAndComesBackBitForBit) {
+  Solution a = example();
+  a.status = PlanStatus::time_limit;
+  writeSolution(a, file_);
+  EXPECT_EQ(written().find("shortfall"), std::string::npos);
+  EXPECT_FALSE(readSolution(file_).shortfall);
+
+  Random random(3);
+  for (const Limit limit : kLimits) {
+    Shortfall& s = a.shortfall.emplace();
+    s.distance = anyNumber(random), s.largest_distance = anyNumber(random);
+    s.end_distance = {0.1, 1.0 / 3}, s.end_angle = {anyNumber(random), 2};
+    if (limit != Limit::time) {  // else what may be missing is
+      s.limit = limit, s.gripper = End::last, s.position = Vector3(0.1, 0.2, 1.0 / 3);
+      s.gripper_force = anyNumber(random), s.gripper_torque = anyNumber(random);
+      s.contact = {
+          .s = 0.1, .position = {1, 2, 1.0 / 3}, .force = {0, 0, -7}, .mesh = "meshes/box.obj", .face = 12};
+      s.clearance = anyNumber(random), s.bend_radius = 0.7, s.bend_radius_s = anyNumber(random);
+    }
+    writeSolution(a, file_);
+    const Solution b = readSolution(file_);
+    ASSERT_TRUE(b.shortfall);
+    EXPECT_EQ(b.shortfall->limit, s.limit);
+    EXPECT_EQ(b.shortfall->gripper, s.gripper);
+    EXPECT_EQ(b.shortfall->position, s.position);
+    EXPECT_EQ(b.shortfall->end_distance, s.end_distance);
+    EXPECT_EQ(b.shortfall->bend_radius, s.bend_radius);
+    EXPECT_EQ(b.shortfall->contact.has_value(), s.contact.has_value());
+    if (s.contact) {
+      EXPECT_EQ(b.shortfall->contact->position, s.contact->position);
+      EXPECT_EQ(b.shortfall->contact->mesh, s.contact->mesh);
+      EXPECT_EQ(b.shortfall->contact->face, s.contact->face);
+    }
+    writeSolution(b, folder_ / "out/again.json");
+    EXPECT_EQ(readFile(folder_ / "out/again.json"), written());
+  }
+}
+
+TEST_F(SolutionFile, EveryErrorInTheShortfallNamesItsKey) {
+  Solution s = example();
+  s.shortfall.emplace();
+  s.shortfall->limit = Limit::force, s.shortfall->gripper = End::first, s.shortfall->clearance = 0.5;
+  writeSolution(s, file_);
+  EXPECT_EQ(
+      messageFor("\"force\"", "\"farce\""),
+      ": shortfall.limit is \"farce\"; it must be one of force, torque, bend, clearance, workspace, shape, "
+      "time, or null.");
+  EXPECT_EQ(messageFor("\"gripper\": \"first\"", "\"gripper\": \"both\""),
+            ": shortfall.gripper is \"both\"; it must be first, last or null.");
+  EXPECT_EQ(messageFor("\"clearance_m\": 0.5", "\"clearance_m\": \"no\""),
+            ": shortfall.clearance_m is \"no\"; it must be a number or null.");
+  EXPECT_EQ(messageFor("\"contact\": null", "\"contact\": {\"s_m\": 1}").substr(0, 40),
+            ": shortfall.contact is a mapping; it mus");
+  EXPECT_EQ(messageFor("\"clearance_m\"", "\"clearence_m\""),
+            ": unknown key \"clearence_m\" in shortfall; did you mean \"clearance_m\"?");
+}
+
 TEST_F(SolutionFile, IsJsonWhoseKeysStandInTheDocumentedOrder) {
   writeSolution(example(), file_);
   const auto json = nlohmann::ordered_json::parse(written());

@@ -103,6 +103,7 @@ ExtendReport Extend::operator()(const Extension& extension, RodState& state, Rod
       } else if (step == Step::done) {
         ++report.steps;
       }
+      report.left_workspace = report.left_workspace || step == Step::left_workspace;
       if (step != Step::done) break;
     }
     end();

@@ -28,6 +28,7 @@ struct ExtendReport {
   std::vector<Control> controls;
   std::int64_t steps = 0;
   bool cancelled = false;
+  bool left_workspace = false;  // a phase ended because a node would have
 };
 
 /// Carries an extension out from `state`, phase by phase; the other end is held or let go as the phase

@@ -21,6 +21,7 @@
 
 #include "tendril/planner.h"
 #include "tendril/planner/contact_rrt.h"
+#include "tendril/planner/shortfall.h"
 #include "tendril/planner/strategies.h"
 
 namespace tendril {
@@ -553,6 +554,15 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
                     : supervisor.reason() == Reason::cancelled ? PlanStatus::cancelled
                     : supervisor.reason() == Reason::extends   ? PlanStatus::iteration_limit
                                                                : PlanStatus::time_limit;
+  if (!outcome.solved) {
+    constexpr double kProbing = 0.5;  // s, if the time is up already
+    const double deadline = supervisor.elapsed() + kProbing;
+    const bool hurry = supervisor.reason() != Reason::extends;
+    solution.shortfall =
+        shortfallOf(scenario, obstacles, GoalTest(*scenario.goal, problem.goal, scenario.rod.elements),
+                    outcome.replay.trajectory.shapes.back(),
+                    [&] { return hurry ? supervisor.elapsed() > deadline : supervisor.interrupted(); });
+  }
   solution.scenario = scenario;
   solution.controls = std::move(outcome.replay.controls);
   solution.trajectory = std::move(outcome.replay.trajectory);

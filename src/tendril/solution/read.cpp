@@ -27,12 +27,35 @@ bool readAs(const Json& json, std::int64_t& out, std::size_t) {
   out = json.get<std::int64_t>();
   return true;
 }
-bool readAs(const Json& json, std::optional<double>& out, std::size_t n) {
-  return json.is_null() || readAs(json, out.emplace(), n);
-}
 bool readAs(const Json& json, Vector3& out, std::size_t n) {
   return json.is_array() && json.size() == 3 && readAs(json[0], out[0], n) && readAs(json[1], out[1], n) &&
          readAs(json[2], out[2], n);
+}
+bool readAs(const Json& json, std::string& out, std::size_t) {
+  if (json.is_string()) out = json.get<std::string>();
+  return json.is_string();
+}
+/// One of several values by its name.
+template <class Value, std::size_t kCount>
+bool readName(const Json& json, const std::array<Value, kCount>& values, Value& out) {
+  const auto found =
+      std::find_if(values.begin(), values.end(), [&](Value value) { return json == name(value); });
+  if (found != values.end()) out = *found;
+  return found != values.end();
+}
+bool readAs(const Json& json, Limit& out, std::size_t) { return readName(json, kLimits, out); }
+bool readAs(const Json& json, End& out, std::size_t) { return readName(json, kBothEnds, out); }
+bool readAs(const Json& json, FaceContact& out, std::size_t n) {
+  if (!json.is_object() || json.size() != 5) return false;
+  for (const char* key : {"s_m", "position_m", "force_n", "mesh", "face"})
+    if (!json.contains(key)) return false;
+  return readAs(json["s_m"], out.s, n) && readAs(json["position_m"], out.position, n) &&
+         readAs(json["force_n"], out.force, n) && readAs(json["mesh"], out.mesh, n) &&
+         readAs(json["face"], out.face, n);
+}
+template <class Value>
+bool readAs(const Json& json, std::optional<Value>& out, std::size_t n) {
+  return json.is_null() || readAs(json, out.emplace(), n);
 }
 template <class Value>
 bool readAs(const Json& json, std::array<Value, 2>& out, std::size_t n) {
@@ -63,6 +86,17 @@ bool readAs(const Json& json, std::vector<Contact>& out, std::size_t n) {
 std::string kindOf(double, std::size_t) { return "a number"; }
 std::string kindOf(std::int64_t, std::size_t) { return "a whole number >= 0"; }
 std::string kindOf(const std::optional<double>&, std::size_t) { return "a number or null"; }
+std::string kindOf(const std::optional<Vector3>&, std::size_t) { return "a list of three numbers or null"; }
+std::string kindOf(const std::optional<Limit>&, std::size_t) {
+  std::vector<std::string> names;
+  for (const Limit limit : kLimits) names.emplace_back(name(limit));
+  return fmt::format("one of {}, or null", fmt::join(names, ", "));
+}
+std::string kindOf(const std::optional<End>&, std::size_t) { return "first, last or null"; }
+std::string kindOf(const std::optional<FaceContact>&, std::size_t) {
+  return "null or an object with s_m (a number), position_m and force_n (three numbers each), mesh (text) "
+         "and face (a whole number >= 0)";
+}
 std::string kindOf(const std::array<double, 2>&, std::size_t) { return "a list of two numbers"; }
 std::string kindOf(const std::array<Vector3, 2>&, std::size_t) {
   return "a list of two lists of three numbers";
@@ -93,13 +127,15 @@ class SolutionReader {
                        root["tendril_solution"].dump()));
     std::vector<std::string> keys = {"tendril_solution", "status",    "scenario", "run",
                                      "controls",         "trajectory"};
-    if (root.contains("quantities")) keys.emplace_back("quantities");
+    for (const char* key : {"shortfall", "quantities"})
+      if (root.contains(key)) keys.emplace_back(key);
     checkKeys(root, "", keys);
 
     Solution solution;
     solution.status = readStatus(root["status"]);
     readScenarioSection(root["scenario"], scenario_override, solution);
     solution.run = readRun(root["run"]);
+    if (root.contains("shortfall")) readShortfall(root["shortfall"], solution.shortfall.emplace());
     solution.controls = controlsFromJson(root["controls"], where("controls"));
     solution.trajectory =
         readTrajectory(root["trajectory"], static_cast<std::size_t>(solution.scenario.rod.elements) + 1);
@@ -290,6 +326,17 @@ class SolutionReader {
       trajectory.shapes.push_back(readShape(states[k], k, nodes));
     }
     return trajectory;
+  }
+
+  void readShortfall(const Json& value, Shortfall& out) const {
+    std::vector<std::string> keys;
+    visitShortfall([&](const char* key, auto) { keys.emplace_back(key); });
+    checkKeys(value, "shortfall", keys);
+    visitShortfall([&](const char* key, auto member) {
+      if (!readAs(value[key], out.*member, 0))
+        refuse(fmt::format("shortfall.{}", key), value[key],
+               fmt::format("it must be {}.", kindOf(out.*member, 0)));
+    });
   }
 
   void readQuantities(const Json& value, Solution& solution) const {

@@ -76,8 +76,20 @@ std::string trajectoryText(const Trajectory& trajectory) {
 
 Json toJson(std::int64_t x) { return x; }
 Json toJson(double x) { return x; }
-Json toJson(const std::optional<double>& x) { return x ? Json(*x) : Json(nullptr); }
 Json toJson(const Vector3& x) { return {x.x(), x.y(), x.z()}; }
+Json toJson(Limit x) { return name(x); }
+Json toJson(End x) { return name(x); }
+Json toJson(const FaceContact& c) {
+  return {{"s_m", c.s},
+          {"position_m", toJson(c.position)},
+          {"force_n", toJson(c.force)},
+          {"mesh", c.mesh},
+          {"face", c.face}};
+}
+template <class Value>
+Json toJson(const std::optional<Value>& x) {
+  return x ? toJson(*x) : Json(nullptr);
+}
 Json toJson(const ContactForce& c) {
   return {{"s_m", c.s}, {"position_m", toJson(c.position)}, {"force_n", toJson(c.force)}};
 }
@@ -192,6 +204,32 @@ const char* name(PlanStatus status) {
   return "";
 }
 
+const char* name(Limit limit) {
+  switch (limit) {
+    case Limit::force:
+      return "force";
+    case Limit::torque:
+      return "torque";
+    case Limit::bend:
+      return "bend";
+    case Limit::clearance:
+      return "clearance";
+    case Limit::workspace:
+      return "workspace";
+    case Limit::shape:
+      return "shape";
+    case Limit::time:
+      return "time";
+  }
+  return "";
+}
+
+Json toJson(const Shortfall& shortfall) {
+  Json out = Json::object();
+  visitShortfall([&](const char* key, auto member) { out[key] = toJson(shortfall.*member); });
+  return out;
+}
+
 Json toJson(std::span<const Quantities> quantities) {
   Json out = Json::object();
   visitQuantities([&](const char* key, auto member) {
@@ -221,6 +259,7 @@ void writeSolution(const Solution& solution, const fs::path& file) {
       "{\n \"tendril_solution\": 1,\n \"status\": \"" + std::string(name(solution.status)) + "\"";
   out += ",\n \"scenario\": " + pretty(scenario, 1);
   out += ",\n \"run\": " + pretty(runJson(solution.run), 1);
+  if (solution.shortfall) out += ",\n \"shortfall\": " + pretty(toJson(*solution.shortfall), 1);
   out += ",\n \"controls\": " + pretty(controls, 1);
   out += ",\n \"trajectory\": " + trajectoryText(solution.trajectory);
   if (!solution.quantities.empty()) out += ",\n \"quantities\": " + quantitiesText(solution.quantities);
