@@ -122,9 +122,7 @@ class Explorer {
   RodModel& model() { return model_; }
   [[nodiscard]] const GoalTest& goal() const { return goal_; }
   [[nodiscard]] ExtendSettings extendSettings() const {
-    return {.reach = settings_.reach_fraction * model_.rod.length,
-            .phase_limit = settings_.phase_limit_s,
-            .stall_speed = method_.tendril ? settings_.stall_fraction * model_.grippers.max_speed : 0};
+    return tendril::extendSettings(model_, settings_, method_.tendril);
   }
 
   /// Explores from the roots with at most `extends` extensions (planner tendril).
