@@ -15,16 +15,20 @@ namespace {
 struct Options {
   std::string scenario, folder, planner = "tendril";
   std::uint64_t seed = 1;
-  double time_limit_s = 1200;
+  double time_limit_s = 1200, optimize_s = 0;
   int threads = 1;
   bool quantities = false, json = false;
 };
 
-/// What is wrong with a time limit; empty if nothing.
-std::string positiveSeconds(const std::string& text) {
-  double seconds = 0;
-  const bool valid = CLI::detail::lexical_cast(text, seconds) && std::isfinite(seconds) && seconds > 0;
-  return valid ? "" : text + " is not a positive number of seconds";
+/// Accepts a finite number of seconds, positive or at least not negative.
+CLI::Validator seconds(bool zero_too) {
+  return {[zero_too](const std::string& text) -> std::string {
+            double seconds = 0;
+            const bool valid = CLI::detail::lexical_cast(text, seconds) && std::isfinite(seconds) &&
+                               (seconds > 0 || (zero_too && seconds == 0));
+            return valid ? "" : text + " is not a " + (zero_too ? "" : "positive ") + "number of seconds";
+          },
+          zero_too ? ">= 0" : "> 0"};
 }
 
 /// One line on standard error, rewritten in place; nothing at all unless that is a terminal.
@@ -40,20 +44,31 @@ class ProgressLine {
                progress.elapsed_s, progress.states, progress.steps, progress.nearest_m);
     std::fflush(stderr);
   }
+  void show(const MotionCost& best, double elapsed_s) {
+    if (!terminal_) return;
+    shown_ = true;
+    fmt::print(stderr, "\r\x1b[K{:.1f} s, the motion takes {:.4g} s, gripper force up to {:.4g} N", elapsed_s,
+               best.time, best.gripper_force);
+    std::fflush(stderr);
+  }
 
  private:
   bool terminal_ = isatty(STDERR_FILENO) != 0;
   bool shown_ = false;
 };
 
+void printFailures(const VerificationReport& report) {
+  for (const Check& check : report.checks)
+    if (!check.passed) fmt::print(stderr, "tendril: {}: {}\n", check.name, check.message);
+}
+
 /// Verifies a plan that claims to be solved; takes the claim back if it does not hold.
 VerificationReport verifyClaim(Solution& solution) {
   VerificationReport report = verify(solution);
   if (report.valid()) return report;
   solution.status = PlanStatus::iteration_limit;
-  for (const Check& check : report.checks)
-    if (!check.passed)
-      fmt::print(stderr, "tendril: the plan fails verification: {}: {}\n", check.name, check.message);
+  fmt::print(stderr, "tendril: the plan fails verification:\n");
+  printFailures(report);
   return report;
 }
 
@@ -137,13 +152,53 @@ std::string describe(const Shortfall& s, const Solution& solution) {
       solution.run.wall_time, end(End::first), end(End::last), s.distance, describeLimit(s, solution.status));
 }
 
+/// Improves a verified plan; keeps it as it was if what comes out does not hold.
+std::optional<Improvement> improve(Solution& solution, VerificationReport& report, const World& world,
+                                   double limit_s) {
+  ProgressLine progress;
+  OptimizeRequest request;
+  request.time_limit_s = limit_s;
+  request.cancel = &cancelFlag();
+  request.on_progress = [&](const MotionCost& best, double elapsed_s) { progress.show(best, elapsed_s); };
+  Improvement improvement = optimize(solution, world.obstacles, request);
+  if (improvement.accepted == 0) return improvement;
+  Solution improved = std::move(improvement.solution);
+  VerificationReport again = verify(improved);
+  if (again.valid()) {
+    solution = std::move(improved);
+    report = std::move(again);
+  } else {
+    fmt::print(stderr, "tendril: the improved plan fails verification; the plan stays as it was:\n");
+    printFailures(again);
+    improvement.after = improvement.before;
+    improvement.accepted = 0;
+  }
+  return improvement;
+}
+
+void printImprovement(const Improvement& improvement) {
+  fmt::print("improved by {} of {} changes:", improvement.accepted, improvement.candidates);
+  visitMotionCost([&, separator = " "](const char* key, auto member) mutable {
+    fmt::print("{}{} {:.4g} -> {:.4g}", std::exchange(separator, ", "), key, improvement.before.*member,
+               improvement.after.*member);
+  });
+  fmt::print("\n");
+}
+
+nlohmann::json costJson(const MotionCost& cost) {
+  nlohmann::json json;
+  visitMotionCost([&](const char* key, auto member) { json[key] = cost.*member; });
+  return json;
+}
+
 void printSummary(const Solution& solution, const std::optional<VerificationReport>& report,
-                  const Written& written) {
+                  const std::optional<Improvement>& improvement, const Written& written) {
   const Provenance& run = solution.run;
   fmt::print("{} after {:.2f} s ({:.2f} s of processor time): {} iterations, {} states, {} steps\n",
              name(solution.status), run.wall_time, run.cpu_time, run.iterations, run.states, run.steps);
   fmt::print("the motion: {:.2f} s, {} controls, {} stored states\n", solution.trajectory.time_s.back(),
              solution.controls.size(), solution.trajectory.shapes.size());
+  if (improvement) printImprovement(*improvement);
   if (report && report->valid()) {
     if (!solution.scenario.environment.meshes.empty())
       fmt::print("verified; the smallest clearance is at least {:.4g} mm\n",
@@ -158,7 +213,7 @@ void printSummary(const Solution& solution, const std::optional<VerificationRepo
 }
 
 nlohmann::json summaryJson(const Solution& solution, const std::optional<VerificationReport>& report,
-                           const Written& written) {
+                           const std::optional<Improvement>& improvement, const Written& written) {
   const Provenance& run = solution.run;
   nlohmann::json json = {{"status", name(solution.status)},
                          {"solution", written.solution.string()},
@@ -174,6 +229,11 @@ nlohmann::json summaryJson(const Solution& solution, const std::optional<Verific
                          {"verified", report && report->valid()}};
   if (report) json["verification"] = toJson(*report);
   if (solution.shortfall) json["shortfall"] = tendril::toJson(*solution.shortfall);
+  if (improvement)
+    json["optimization"] = {{"candidates", improvement->candidates},
+                            {"accepted", improvement->accepted},
+                            {"before", costJson(improvement->before)},
+                            {"after", costJson(improvement->after)}};
   addQuantities(json, solution);
   return json;
 }
@@ -200,13 +260,16 @@ int run(const Options& options) {
   stamp(solution);
   std::optional<VerificationReport> report;
   if (solution.status == PlanStatus::solved) report = verifyClaim(solution);
+  std::optional<Improvement> improvement;
+  if (solution.status == PlanStatus::solved && options.optimize_s > 0)
+    improvement = improve(solution, *report, world, options.optimize_s);
 
   if (options.quantities) measureMotion(solution, world);
   const Written written = writeSolutionAndPage(solution, world, folder);
   if (options.json)
-    printJson(summaryJson(solution, report, written));
+    printJson(summaryJson(solution, report, improvement, written));
   else
-    printSummary(solution, report, written);
+    printSummary(solution, report, improvement, written);
   return solution.status == PlanStatus::solved ? 0 : 1;
 }
 
@@ -225,11 +288,16 @@ void addPlan(CLI::App& app, int& status) {
       ->type_name("N");
   command.add_option("--time-limit", options->time_limit_s, "Limit on loading and planning, in seconds")
       ->capture_default_str()
-      ->check(CLI::Validator(positiveSeconds, "> 0"))
+      ->check(seconds(false))
       ->type_name("S");
   command
-      .add_option("--threads", options->threads,
-                  "Attempts made at once; the plan is the same for any number")
+      .add_option("--optimize", options->optimize_s,
+                  "Seconds to improve the plan after it is found: shorter, less force, never worse")
+      ->capture_default_str()
+      ->check(seconds(true))
+      ->type_name("S");
+  command
+      .add_option("--threads", options->threads, "Attempts made at once; the plan is the same for any number")
       ->capture_default_str()
       ->check(CLI::Range(1, 1024))
       ->type_name("K");

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <functional>
+#include <limits>
 #include <memory>
 
 #include "tendril/dynamics.h"
@@ -17,6 +18,7 @@ struct Phase {
   End moving = End::first;
   bool hold_other = false;
   Pose target;
+  double speed = 1;  // in (0, 1]: share of the gripper's largest speeds
 };
 
 /// What the planner decides at once, an OMPL control: phases carried out one after the other.
@@ -84,5 +86,45 @@ struct PlanRequest {
 /// run.host, mesh hashes. Reseeds OMPL's generators, so one call at a time per process. Throws InputError on
 /// a bad start, goal or planner name.
 [[nodiscard]] Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRequest& request);
+
+/// What a motion costs. Forces are those of Quantities at the end of every step.
+struct MotionCost {
+  double time = 0;           // s
+  double path = 0;           // m, way of both gripped ends while they are gripped
+  double turn = 0;           // rad, likewise
+  double gripper_force = 0;  // N, the largest
+  double contact_force = 0;  // N, the largest at one contact
+};
+
+/// Calls visit(key, member) for every number of MotionCost.
+template <class Visit>
+void visitMotionCost(Visit&& visit) {
+  visit("motion_time_s", &MotionCost::time);
+  visit("gripper_path_m", &MotionCost::path);
+  visit("gripper_turn_rad", &MotionCost::turn);
+  visit("largest_gripper_force_n", &MotionCost::gripper_force);
+  visit("largest_contact_force_n", &MotionCost::contact_force);
+}
+
+struct OptimizeRequest {
+  double time_limit_s = std::numeric_limits<double>::infinity();              // from the call on
+  std::int64_t candidates = std::numeric_limits<std::int64_t>::max();         // tried at most
+  const std::atomic<bool>* cancel = nullptr;                                  // set by Ctrl-C
+  std::function<void(const MotionCost& best, double elapsed_s)> on_progress;  // may be empty
+};
+
+struct Improvement {
+  Solution solution;
+  MotionCost before, after;
+  std::int64_t candidates = 0, accepted = 0;
+};
+
+/// Improves a solved plan of the library's for as long as the request allows, by random changes, each
+/// simulated exactly. No number of MotionCost grows, and the sum of their ratios to those of `plan` falls
+/// with every change accepted; the goal region is reached. Chance comes from the plan's seed, so the result
+/// is a function of the plan and of the number of candidates. Still to be verified by the caller, who keeps
+/// `plan` until then.
+[[nodiscard]] Improvement optimize(const Solution& plan, const Obstacles& obstacles,
+                                   const OptimizeRequest& request);
 
 }  // namespace tendril

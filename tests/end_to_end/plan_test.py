@@ -68,10 +68,46 @@ class Plan(Case):
         texts = []
         for folder, threads in (("a", 1), ("b", 1), ("c", 2)):
             self.plan(DOUBLE_FUNNEL, "--seed", 3, "--threads", threads, folder=folder)
-            text = (self.folder / folder / "solution.json").read_text()
-            texts.append(re.sub(r'"(wall_time_s|cpu_time_s|threads)": *[0-9.e+-]+', r'"\1":0', text))
+            texts.append(self.bytes_of(folder))
         self.assertEqual(texts[0], texts[1])
         self.assertEqual(texts[0], texts[2])
+
+    def bytes_of(self, folder):
+        text = (self.folder / folder / "solution.json").read_text()
+        return re.sub(r'"(wall_time_s|cpu_time_s|threads)": *[0-9.e+-]+', r'"\1":0', text)
+
+    def test_to_improve_for_no_time_changes_nothing(self):
+        self.plan(DOUBLE_FUNNEL, folder="plain")
+        summary = self.plan(DOUBLE_FUNNEL, "--optimize", 0, folder="zero")
+        self.assertNotIn("optimization", summary)
+        self.assertEqual(self.bytes_of("plain"), self.bytes_of("zero"))
+
+    def assert_never_worse(self, summary):
+        found = summary["optimization"]
+        self.assertGreater(found["candidates"], 0)
+        for key, before in found["before"].items():
+            self.assertLessEqual(found["after"][key], before, key)
+        self.assertEqual(summary["motion_time_s"], found["after"]["motion_time_s"])
+        self.assertTrue(self.tendril_json("verify", "plan/solution.json")["valid"])
+        self.assertTrue(self.tendril_json("replay", "plan/solution.json")["reproduced"])
+
+    def test_an_improved_plan_is_verified_and_no_worse_in_any_number(self):
+        summary = self.plan(DOUBLE_FUNNEL, "--optimize", 2, "--quantities")
+        self.assert_never_worse(summary)
+        for key in ("largest_gripper_force_n", "largest_contact_force_n"):
+            self.assertEqual(summary["optimization"]["after"][key], summary["extremes"][key]["value"])
+
+    def test_ctrl_c_while_improving_keeps_the_plan(self):
+        process = subprocess.Popen([TENDRIL, "plan", str(DOUBLE_FUNNEL), "-o", "plan", "--json", "--optimize", "1000"],
+                                   cwd=self.folder, stdout=subprocess.PIPE, text=True)
+        while NoPlan.processor_seconds(process) < 5:  # planning takes a tenth of that
+            time.sleep(0.1)
+        process.send_signal(signal.SIGINT)
+        stdout, _ = process.communicate()
+        self.assertEqual(process.returncode, 0)
+        summary = json.loads(stdout)
+        self.assertEqual(summary["status"], "solved")
+        self.assert_never_worse(summary)
 
     def test_another_seed_gives_another_plan(self):
         plans = set()  # two seeds may come by the same way: the first thing tried is the goal

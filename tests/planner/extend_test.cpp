@@ -42,6 +42,30 @@ TEST(Extend, BringsFirstTheLeadingGripperThenTheOtherToItsTarget) {
   }
 }
 
+TEST(Extend, ASlowPhaseTakesItsGripperNoFasterThanItsShareOfTheSpeed) {
+  const Scenario s = openScenario();
+  const Obstacles o = nothing();
+  const RodModel model(s, o);
+  const Pose target{Quaternion::Identity(), {-0.4, 0, 0}};
+  std::array<std::int64_t, 2> steps{};
+  for (const double speed : {1.0, 0.5}) {
+    RodState state = RodState::atRest(straight({}, 1, 16));
+    RodWorkspace workspace;
+    TrajectoryRecorder recorder(model, state.nodes);
+    const ExtendReport report = Extend(model, {.reach = 0.01})(
+        {{{.moving = End::first, .target = target, .speed = speed}}}, state, workspace, never, &recorder);
+    steps[speed < 1] = report.steps;
+    EXPECT_LT((state.nodes.front().position - target.position).norm(), 0.015);
+    for (const Control& control : report.controls)
+      if (speed < 1) {
+        EXPECT_EQ(stepCount(control, model.simulation.time_step), 1);
+      }
+    const SimulationResult again = simulate(model, straight({}, 1, 16), report.controls);
+    EXPECT_EQ(again.final_state.nodes.front().position, state.nodes.front().position);
+  }
+  EXPECT_NEAR(static_cast<double>(steps[1]), 2.0 * static_cast<double>(steps[0]), 3);
+}
+
 TEST(Extend, RunsOnlyWhileTheDistanceIsGreaterThanEpsilon) {
   const Scenario s = openScenario();
   const Obstacles o = nothing();

@@ -16,7 +16,7 @@ constexpr int kElements = 16;
 Scenario openScenario() {
   Scenario s = rodScenario(5e7, kElements);
   s.environment.workspace = {Vector3(-3, -3, -3), Vector3(3, 3, 3)};
-  s.environment.meshes = {{.file = "meshes/wall.obj"}};
+  s.environment.meshes = {MeshReference{.file = "meshes/wall.obj", .scale = 1, .pose = {}}};
   s.goal.emplace();
   return s;
 }
@@ -76,7 +76,7 @@ TEST(Shortfall, ARodInTheMouthOfAGapNarrowerThanItselfIsStuckForClearance) {
   s.grippers.grasps = {Grasp::last};
   const double half = 0.8 * s.rod.radius;
   const Obstacles gap = obstaclesOf({block({1, -3, -3}, {1.5, -half, 3}), block({1, half, -3}, {1.5, 3, 3})});
-  s.environment.meshes.push_back({.file = "meshes/other_wall.obj"});
+  s.environment.meshes.push_back({.file = "meshes/other_wall.obj", .scale = 1, .pose = {}});
   const Shortfall found = shortfall(s, gap, straightAt({-0.015, 0, 0}), straightAt({0.4, 0, 0}));
   EXPECT_EQ(found.limit, Limit::clearance);
   EXPECT_EQ(found.gripper, End::last);

@@ -11,6 +11,12 @@ Extension algorithm1(End leading, const std::array<Pose, 2>& targets) {
            {.moving = other(leading), .hold_other = true, .target = target(other(leading))}}};
 }
 
+ExtendSettings extendSettings(const RodModel& model, const PlannerSettings& settings, bool stalls) {
+  return {.reach = settings.reach_fraction * model.rod.length,
+          .phase_limit = settings.phase_limit_s,
+          .stall_speed = stalls ? settings.stall_fraction * model.grippers.max_speed : 0};
+}
+
 /// Which ends are held in a phase; none if the scenario's grasps forbid the motion.
 std::array<bool, 2> Extend::heldIn(const Phase& phase) const {
   const Grasp alone = phase.moving == End::first ? Grasp::first : Grasp::last;
@@ -49,13 +55,13 @@ ExtendReport Extend::operator()(const Extension& extension, RodState& state, Rod
                                 const std::function<bool()>& stop, TrajectoryRecorder* recorder) const {
   ExtendReport report;
   const double dt = model_.simulation.time_step;
-  const auto longest = static_cast<std::int64_t>(std::ceil(settings_.phase_limit / dt));
   const auto window = std::max<std::int64_t>(1, std::llround(kStallWindow / dt));
   const std::int64_t first_step = recorder ? recorder->steps() : 0;
   const auto now = [&] { return static_cast<double>(first_step + report.steps) * dt; };
   RodShape window_start;
   for (const Phase& phase : extension.phases) {
     const End moving = phase.moving;
+    const auto longest = static_cast<std::int64_t>(std::ceil(settings_.phase_limit / (phase.speed * dt)));
     Control control;
     control.held = heldIn(phase);
     control.moving = moving;
@@ -70,9 +76,30 @@ ExtendReport Extend::operator()(const Extension& extension, RodState& state, Rod
       if (control.end_s > control.start_s) report.controls.push_back(control);
     };
     std::optional<ControlRunner> runner = begin();
+    const auto fullStep = [&] {
+      const Step step = advance(*runner, control, state, workspace, recorder);
+      if (step == Step::done) ++report.steps;
+      return step;
+    };
+    // One step as a control of its own, at a share of the gripper's speed; 0: waits.
+    const auto slowStep = [&](double speed) {
+      Control slow = control;
+      slow.start_s = now();
+      slow.target = approach(endPose(state.nodes, moving), phase.target, model_.grippers, speed * dt);
+      if (speed == 0) slow.moving.reset();
+      ControlRunner slow_runner(model_, slow, state);
+      const Step step = advance(slow_runner, slow, state, workspace, recorder);
+      if (step == Step::done) {
+        ++report.steps;
+        slow.end_s = now();
+        report.controls.push_back(slow);
+        control.start_s = now();
+      }
+      return step;
+    };
     for (std::int64_t steps = 0; steps < longest && !arrived(state.nodes, moving, phase.target); ++steps) {
       if (settings_.stall_speed > 0 && steps % window == 0) {
-        const double least = settings_.stall_speed * static_cast<double>(window) * dt;
+        const double least = phase.speed * settings_.stall_speed * static_cast<double>(window) * dt;
         if (steps > 0 && maxNodeDistance(window_start, state.nodes) < least) break;
         window_start = state.nodes;
       }
@@ -80,28 +107,13 @@ ExtendReport Extend::operator()(const Extension& extension, RodState& state, Rod
         report.cancelled = true;
         break;
       }
-      Step step = advance(*runner, control, state, workspace, recorder);
+      Step step = phase.speed < 1 ? slowStep(phase.speed) : fullStep();
       if (step == Step::too_fast) {
         // The rod snaps, and would carry its gripper along. Creep, or else wait, until that is over.
         end();
-        Control slow = control;
-        slow.start_s = now();
-        slow.target = approach(endPose(state.nodes, moving), phase.target, model_.grippers, kCreep * dt);
-        for (const bool creep : {true, false}) {
-          if (!creep) slow.moving.reset();
-          ControlRunner slow_runner(model_, slow, state);
-          step = advance(slow_runner, slow, state, workspace, recorder);
-          if (step != Step::too_fast) break;
-        }
-        if (step == Step::done) {
-          ++report.steps;
-          slow.end_s = now();
-          report.controls.push_back(slow);
-        }
-        runner.reset();
+        step = slowStep(phase.speed * kCreep);
+        if (step == Step::too_fast) step = slowStep(0);
         runner.emplace(begin());
-      } else if (step == Step::done) {
-        ++report.steps;
       }
       report.left_workspace = report.left_workspace || step == Step::left_workspace;
       if (step != Step::done) break;

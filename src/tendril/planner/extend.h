@@ -19,6 +19,9 @@ struct ExtendSettings {
   double stall_speed =
       0;  // m/s: a phase also ends when no node moves faster than this over kStallWindow; 0: never
 };
+/// As the scenario has them; without stalls a phase that is stuck goes on to its limit.
+[[nodiscard]] ExtendSettings extendSettings(const RodModel& model, const PlannerSettings& settings,
+                                            bool stalls);
 inline constexpr double kReachAngle = 0.1;   // rad
 inline constexpr double kStallWindow = 0.1;  // s
 inline constexpr double kCreep = 0.25;       // of a gripper's speed, where the rod snaps
@@ -33,11 +36,11 @@ struct ExtendReport {
 
 /// Carries an extension out from `state`, phase by phase; the other end is held or let go as the phase
 /// wishes, or, where the scenario's grasps forbid it, the other way; a phase they forbid altogether is left
-/// out. The loops run while the distance is > epsilon (the paper prints <) and no longer than phase_limit; a
-/// phase that would carry a node out of the workspace ends with the last state inside. With a recorder the
-/// motion is written down; where a step is TrajectoryRecorder::tooFast() the gripper creeps or waits for a
-/// step (as controls of their own), and the phase ends if that does not help. `stop` is asked before every
-/// step.
+/// out. The loops run while the distance is > epsilon (the paper prints <) and no longer than phase_limit at
+/// full speed; a slow phase has a control for every step. A phase that would carry a node out of the
+/// workspace ends with the last state inside. With a recorder the motion is written down; where a step is
+/// TrajectoryRecorder::tooFast() the gripper creeps or waits for a step (as controls of their own), and the
+/// phase ends if that does not help. `stop` is asked before every step.
 class Extend {
  public:
   Extend(const RodModel& model, const ExtendSettings& settings) : model_(model), settings_(settings) {}

@@ -123,9 +123,7 @@ class Explorer {
   RodModel& model() { return model_; }
   [[nodiscard]] const GoalTest& goal() const { return goal_; }
   [[nodiscard]] ExtendSettings extendSettings() const {
-    return {.reach = settings_.reach_fraction * model_.rod.length,
-            .phase_limit = settings_.phase_limit_s,
-            .stall_speed = method_.tendril ? settings_.stall_fraction * model_.grippers.max_speed : 0};
+    return tendril::extendSettings(model_, settings_, method_.tendril);
   }
 
   /// Explores from the roots with at most `extends` extensions (planner tendril).
@@ -535,7 +533,7 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
       (outcome.distance < outcome.replay.nearest || outcome.replay.trajectory.shapes.empty())) {
     // The motion that came nearest is what the caller gets, so it is replayed even when time is up or the
     // user has had enough; but not for longer than kLastReplay.
-    constexpr double kLastReplay = 0.5;  // s
+    constexpr double kLastReplay = 0.3;  // s
     const double deadline = supervisor.elapsed() + kLastReplay;
     const bool hurry = supervisor.reason() != Reason::extends;
     const std::function<bool()> stop = [&] {
@@ -555,7 +553,7 @@ Solution plan(const Scenario& scenario, const Obstacles& obstacles, const PlanRe
                     : supervisor.reason() == Reason::extends   ? PlanStatus::iteration_limit
                                                                : PlanStatus::time_limit;
   if (!outcome.solved) {
-    constexpr double kProbing = 0.5;  // s, if the time is up already
+    constexpr double kProbing = 0.4;  // s, if the time is up already
     const double deadline = supervisor.elapsed() + kProbing;
     const bool hurry = supervisor.reason() != Reason::extends;
     solution.shortfall =
