@@ -38,6 +38,29 @@ TEST(Passage, StrongFastGripperDoesNotFreezeTheRodAtTheLargestLengthOfItsElement
     EXPECT_EQ(pullThrough({1, 0, 10, 5, time_step, 12, 0.02}).outcome, Outcome::passed);
 }
 
+TEST(Passage, RodTwistedByMoreThanHalfATurnAnElementNeverStalls) {
+  // Half a turn is where the logarithm of an element jumps.
+  Scenario s = scenes::rodScenario(5e7, 8);
+  s.grippers.max_torque = 5 * s.rod.c[0] / s.rod.elementLength();
+  s.grippers.max_turn = 20;
+  const Obstacles nothing = scenes::nothing();
+  const RodModel model(s, nothing);
+  const RodShape start = scenes::straight({}, 1, 8);
+  RodState state = RodState::atRest(start);
+  RodWorkspace workspace;
+  double most = 0;
+  for (int k = 0; k < 300; ++k) {
+    std::array<GripperGoal, 2> goals;
+    goals[0] = {true, false, start.front()};
+    goals[1] = {true, true, {state.nodes.back().rotation * expSO3({0.35, 0, 0}), start.back().position}};
+    EXPECT_NE(step(model, goals, state, workspace).status, StepReport::Status::stalled) << k;
+    for (std::size_t i = 0; i + 1 < state.nodes.size(); ++i)
+      most = std::max(most, angleBetween(state.nodes[i].rotation, state.nodes[i + 1].rotation));
+  }
+  EXPECT_GT(most, 2.2);  // the test is about such turns
+  EXPECT_LT(most, 2.9);
+}
+
 TEST(Passage, OneIterationAStepDoesNotWearTheGapsDownToRounding) {
   // A rod thrown at a wall and dragged along it, every step cut short after one iteration.
   Scenario s = scenes::rodScenario(5e6, 20);

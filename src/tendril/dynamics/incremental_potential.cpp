@@ -156,10 +156,14 @@ double RodWorkspace::Impl::smoothEnergy(const RodModel& model, const std::vector
                                         const ElementState& state) const {
   double sum = 0;
   const LengthGuard guard(law.h, law.c[3]);
+  const TurnGuard turn_guard = turnGuard();
   for (std::size_t k = 0; k + 1 < at.size(); ++k) {
     sum += state.energies[k];
     const Vector3 e = at[k + 1].pose.position - at[k].pose.position;
     if (guard.acts(e)) sum += 0.5 * guard.stiffness * std::pow(guard.excess(e.norm()), 2);
+    const Vector3 turn = state.turn(k);
+    if (turn_guard.acts(turn))
+      sum += 0.5 * turn_guard.stiffness * std::pow(turn_guard.excess(turn.norm()), 2);
   }
   for (std::size_t i = 0; i < at.size(); ++i) {
     const double m = masses[i];
@@ -190,7 +194,19 @@ void RodWorkspace::Impl::assemble(const RodModel& model, bool geometric) {
 
 void RodWorkspace::Impl::addSmoothTerms(const RodModel& model) {
   const LengthGuard guard(law.h, law.c[3]);
+  const TurnGuard turn_guard = turnGuard();
   for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
+    if (const Vector3 turn = elements.turn(k); turn_guard.acts(turn)) {
+      // The axis is the same for both nodes, and the angle grows as they turn about it.
+      const double angle = turn.norm(), push = turn_guard.stiffness * turn_guard.excess(angle);
+      const Vector3 axis = turn / angle;
+      const Matrix3 block = turn_guard.stiffness * axis * axis.transpose();
+      system.rhs(k).head<3>() += push * axis;
+      system.rhs(k + 1).head<3>() -= push * axis;
+      system.diagonal(k).topLeftCorner<3, 3>() += block;
+      system.diagonal(k + 1).topLeftCorner<3, 3>() += block;
+      system.upper(k).topLeftCorner<3, 3>() -= block;
+    }
     const Vector3 e = nodes[k + 1].pose.position - nodes[k].pose.position;
     if (!guard.acts(e)) continue;
     const double length = e.norm(), push = guard.stiffness * guard.excess(length);

@@ -13,8 +13,8 @@ namespace tendril {
 namespace {
 
 /// Strains, elastic wrench and elastic energy of the elements; what guards their length counts as tension and
-/// stretch. A Rayleigh damper's share of the wrench is left out: it has no energy, and an element at rest
-/// does not feel it.
+/// stretch, what guards their turn as moment and bending. A Rayleigh damper's share of the wrench is left
+/// out: it has no energy, and an element at rest does not feel it.
 void measureElements(const RodModel& model, RodWorkspace::Impl& w, Quantities& q) {
   const std::size_t n = w.nodes.size() - 1;
   const double h = w.law.h;
@@ -30,6 +30,7 @@ void measureElements(const RodModel& model, RodWorkspace::Impl& w, Quantities& q
                               elastic.energies.data());
   q.curvature.resize(n), q.strain.resize(n), q.internal_moment.resize(n), q.internal_force.resize(n);
   const LengthGuard guard(h, law.c[3]);
+  const TurnGuard turn_guard = w.turnGuard();
   double sharpest = 0;
   for (std::size_t k = 0; k < n; ++k) {
     const Vector6 f = elastic.wrench.column(k), u = strain(f, model.rod.c);
@@ -41,6 +42,11 @@ void measureElements(const RodModel& model, RodWorkspace::Impl& w, Quantities& q
     q.twist += energy[0], q.stretch += energy[3], q.shear += energy[4] + energy[5];
     q.bending += std::max(0.0, elastic.energies[k] - energy[0] - energy[3] - energy[4] - energy[5]);
 
+    if (const Vector3 turn = w.elements.turn(k); turn_guard.acts(turn)) {
+      const double angle = turn.norm(), excess = turn_guard.excess(angle);
+      q.internal_moment[k] += turn_guard.stiffness * excess / angle * turn;
+      q.bending += 0.5 * turn_guard.stiffness * excess * excess;
+    }
     const Vector3 e = w.positions[k + 1] - w.positions[k];
     if (guard.acts(e)) {
       const double length = e.norm(), excess = guard.excess(length);

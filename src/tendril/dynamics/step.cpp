@@ -13,6 +13,7 @@ constexpr double kKeptGap = 0.1;             // fraction of every gap a Newton s
 constexpr double kGuessLeastGap =
     0.1;                              // of dhat: where the first guess leaves less, Newton starts without it
 constexpr double kLeastReach = 0.02;  // of the contact distance, in narrow passages
+constexpr double kMostTurn = 2.8;     // rad, of an element
 constexpr double kLeastStretch = 0.81, kMostStretch = 1.24;  // of an element, along every straight motion
 
 /// The smallest length, over t in [0, 1], of a vector that moves from e by t d.
@@ -124,10 +125,11 @@ RodModel::RodModel(const Scenario& scenario, const Obstacles& obstacles_in)
 
 namespace {
 
-/// A fraction, at most `fraction`, of w.motion that respects the limits on a straight motion.
+/// A fraction, at most `fraction`, of w.motion that respects the limits on a straight motion and on turns.
 double withinLimits(const RodModel& model, double fraction, const RodWorkspace::Impl& w) {
   const double h = w.law.h;
-  while (!motionKeepsLimits(w.positions, w.motion, fraction, h, model.rod.length) && fraction > 1e-9)
+  while (fraction > 1e-9 && !(motionKeepsLimits(w.positions, w.motion, fraction, h, model.rod.length) &&
+                              w.turnsKeepBelow(kMostTurn, fraction)))
     fraction *= 0.5;
   for (int halvings = 0; halvings < 8 && !w.gripsKeepSpeed(model, fraction); ++halvings) fraction *= 0.5;
   return fraction;

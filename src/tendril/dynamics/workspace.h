@@ -1,6 +1,7 @@
 /// What one time step works on: the incremental potential, its iterate, its way points. Private to dynamics.
 #pragma once
 
+#include <algorithm>
 #include <limits>
 
 #include "tendril/dynamics.h"
@@ -39,7 +40,10 @@ class Table {
 
 /// What the elements feel at an iterate.
 struct ElementState {
-  Table psi, wrench;             // 6 rows each
+  Table psi, wrench;                                 // 6 rows each
+  [[nodiscard]] Vector3 turn(std::size_t k) const {  // the rotation vector from node to node
+    return {psi.at(0, k), psi.at(1, k), psi.at(2, k)};
+  }
   std::vector<double> energies;  // J
 
   void resize(std::size_t elements) {
@@ -139,6 +143,20 @@ struct LengthGuard {
   }
 };
 
+/// Keeps an element's turn, of the angle a from node to node, from half a turn, where its logarithm jumps: g
+/// c/(2h) (a - a_0)^2 beyond a_0, c the largest of its stiffnesses against bending and twist.
+struct TurnGuard {
+  static constexpr double kLargest = 2.2;   // a_0, rad
+  static constexpr double kStiffness = 10;  // g
+  double stiffness;
+
+  TurnGuard(double h, double c) : stiffness(kStiffness * c / h) {}
+
+  [[nodiscard]] static bool acts(const Vector3& turn) { return turn.squaredNorm() > kLargest * kLargest; }
+  /// How far beyond [rad].
+  [[nodiscard]] static double excess(double angle) { return angle - kLargest; }
+};
+
 /// The barrier that reaches so far [m]: a gap of half of that holds 0.3 times the largest force of a gripper.
 [[nodiscard]] contact::Barrier barrierFor(const RodModel& model, double reach);
 
@@ -199,6 +217,7 @@ struct RodWorkspace::Impl {
   /// `geometric` stiffness the Hessian is positive definite.
   void assemble(const RodModel& model, bool geometric);
   void addSmoothTerms(const RodModel& model);
+  [[nodiscard]] TurnGuard turnGuard() const { return {law.h, std::max({law.c[0], law.c[1], law.c[2]})}; }
   /// Where node i's mass sits in the node's frame, along its tangent [m].
   [[nodiscard]] double massOffset(std::size_t i) const {
     return i == 0 ? end_offset : i + 1 == masses.size() ? -end_offset : 0;
@@ -213,6 +232,20 @@ struct RodWorkspace::Impl {
       trial[i].rotation = trial[i].pose.rotation.toRotationMatrix();
       trial_positions[i] = trial[i].pose.position;
     }
+  }
+
+  /// Whether no element turns by more than `most` [rad] after `fraction` of the step, or by no more than now.
+  [[nodiscard]] bool turnsKeepBelow(double most, double fraction) const {
+    for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
+      const double now = elements.turn(k).norm();
+      const Vector3 w0 = fraction * system.solution[k].head<3>();
+      const Vector3 w1 = fraction * system.solution[k + 1].head<3>();
+      if (now + w0.norm() + w1.norm() <= most) continue;
+      if (angleBetween(nodes[k].pose.rotation * expSO3(w0), nodes[k + 1].pose.rotation * expSO3(w1)) >
+          std::max(most, now))
+        return false;
+    }
+    return true;
   }
 
   /// Evaluates the potential at `fraction` of the motion, in `trial`. False if that penetrates.
