@@ -132,8 +132,6 @@ class Obstacles {
   [[nodiscard]] std::span<const Face> faces() const;
   [[nodiscard]] std::span<const FaceBound> faceBounds() const;
   [[nodiscard]] std::span<const MeshEdge> edges() const;
-  /// Different for any two that were ever made; for those who keep what they found.
-  [[nodiscard]] std::uint64_t serial() const;
 
   /// Appends to `out` every face whose bounding box meets `box`, ascending, each once. No false negatives:
   /// the single-precision tree is inflated by its rounding. Allocates only when `out` must grow. Thread-safe.

@@ -27,49 +27,14 @@ void Contacts::prepare(const Obstacles& obstacles, const RodProperties& rod, con
   self_contact_ = rod.self_contact;
   self_.prepare(rod.radius, rod.elementLength(), barrier);
   assert(rod.elements < (1 << 14));  // keyOf's room for a node
+  if (obstacles_ == &obstacles && edge_stamp_.size() == obstacles.edges().size()) return;
   obstacles_ = &obstacles;
-  if (serial_ == obstacles.serial()) return;
-  serial_ = obstacles.serial();
-  neighbourhoods_.clear();
   edge_stamp_.assign(obstacles.edges().size(), 0);
   stamp_ = 0;
   slots_.assign(kSlots, -1);
   used_slots_.clear();
   terms_.clear();
   friction_.clear();
-}
-
-namespace {
-
-constexpr double kSlack = 1e-8;      // of the distances in play, and
-constexpr double kRounding = 1e-13;  // of the coordinates: more than rounding takes
-
-/// How far the capsule's points may be from the segment ab.
-double reachFrom(const Vector3& a, const Vector3& b, const Capsule& capsule) {
-  return capsule.radius + std::max((capsule.a - a).norm(), (capsule.b - b).norm());
-}
-
-}  // namespace
-
-const Contacts::Neighbourhood& Contacts::neighbourhoodOf(std::size_t segment, const Capsule& capsule) {
-  constexpr double kRoom = 0.5;  // of the capsule's radius: how far it may go until the next search
-  constexpr double kMost = 4;    // of the capsule's radius: what was found for a far motion is too much
-  Neighbourhood& near = neighbourhoods_[segment];
-  if (reachFrom(near.a, near.b, capsule) <= near.radius && near.radius <= kMost * capsule.radius) return near;
-  near.a = capsule.a, near.b = capsule.b, near.radius = (1 + kRoom) * capsule.radius;
-  const double size = std::max(near.a.cwiseAbs().maxCoeff(), near.b.cwiseAbs().maxCoeff());
-  const double radius = (1 + kSlack) * near.radius + kRounding * size;
-  Aabb box;
-  box.include(near.a), box.include(near.b), box.inflate(radius);
-  near.faces.clear(), near.distances.clear();
-  obstacles_->facesNear(box, {near.a, near.b, radius}, near.faces);
-  for (const int face : near.faces) {
-    const Obstacles::FaceBound& bound = obstacles_->faceBounds()[static_cast<std::size_t>(face)];
-    const double distance = closestPointOnSegment(bound.center, near.a, near.b).distance;
-    near.distances.push_back(distance - bound.radius - kSlack * (distance + bound.radius) -
-                             kRounding * bound.center.cwiseAbs().maxCoeff());
-  }
-  return near;
 }
 
 void Contacts::findCandidates(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion) {
@@ -83,7 +48,6 @@ void Contacts::findCandidates(const std::vector<Vector3>& positions, const std::
   const auto edges = obstacles_->edges();
   const double reach = radius_ + barrier_.dhat * (1 + 1e-9) + 1e-12;
   const int segments = static_cast<int>(positions.size()) - 1;
-  neighbourhoods_.resize(positions.size() - 1);
   for (int k = 0; k < segments; ++k) {
     const auto i = static_cast<std::size_t>(k);
     const std::array<Vector3, 4> p = {positions[i], positions[i + 1], positions[i] + motion[i],
@@ -95,16 +59,13 @@ void Contacts::findCandidates(const std::vector<Vector3>& positions, const std::
     const double half_way = 0.5 * std::max(motion[i].norm(), motion[i + 1].norm());
     const Capsule capsule{p[0] + 0.5 * motion[i], p[1] + 0.5 * motion[i + 1], reach + half_way};
     const double extent = reach + (p[1] - p[0]).norm() + 4 * half_way;
-    const Neighbourhood& near = neighbourhoodOf(i, capsule);
-    if (near.faces.empty()) continue;
+    faces_.clear();
+    obstacles_->facesNear(box, capsule, faces_);
+    if (faces_.empty()) continue;
     if (++stamp_ == 0) std::fill(edge_stamp_.begin(), edge_stamp_.end(), 0U), stamp_ = 1;
-    const double farthest = (1 + kSlack) * reachFrom(near.a, near.b, capsule);
-    for (std::size_t m = 0; m < near.faces.size(); ++m) {
-      if (near.distances[m] > farthest) continue;
-      const int face = near.faces[m];
+    for (const int face : faces_) {
       const auto& f = faces[static_cast<std::size_t>(face)];
       const Obstacles::FaceBound& bound = bounds[static_cast<std::size_t>(face)];
-      if (!capsule.meets(bound.center, bound.radius)) continue;
       const Vector3& a = vertices[static_cast<std::size_t>(f.vertices[0])];
       // A segment that stays wholly on one side of the face's plane, beyond reach, meets neither face nor its
       // edges. 1e-9 of the distances in play is for the normal's rounding.
@@ -113,12 +74,6 @@ void Contacts::findCandidates(const std::vector<Vector3>& positions, const std::
       for (std::size_t j = 0; j < 4; ++j) height[j] = bound.normal.dot(p[j] - a);
       const auto [low, high] = std::minmax_element(height.begin(), height.end());
       if (*low > limit || *high < -limit) continue;
-      // What is found must depend on the motion alone, not on what was kept: the box cuts once more.
-      const Vector3 &fb = vertices[static_cast<std::size_t>(f.vertices[1])],
-                    &fc = vertices[static_cast<std::size_t>(f.vertices[2])];
-      if ((a.cwiseMin(fb).cwiseMin(fc).array() > box.max.array()).any() ||
-          (a.cwiseMax(fb).cwiseMax(fc).array() < box.min.array()).any())
-        continue;
       const auto node_may_meet = [&](std::size_t from, std::size_t to) {
         return std::min(height[from], height[to]) <= limit && std::max(height[from], height[to]) >= -limit &&
                Capsule{p[from], p[to], reach}.meets(bound.center, bound.radius);

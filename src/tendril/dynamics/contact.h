@@ -114,19 +114,7 @@ class Contacts {
   };
   void addPair(const SegmentEdgePair& pair, double fade, const Vector3& fade_by_u);
 
-  /// The faces whose balls come within `radius` of a segment ab: what a segment of the rod can meet while it
-  /// stays near, found once for many queries.
-  struct Neighbourhood {
-    Vector3 a = Vector3::Zero(), b = Vector3::Zero();
-    double radius = -1;  // m; none yet
-    std::vector<int> faces;
-    std::vector<double> distances;  // of their balls from ab, from below, m
-  };
-  const Neighbourhood& neighbourhoodOf(std::size_t segment, const Capsule& capsule);
-
   const Obstacles* obstacles_ = nullptr;
-  std::uint64_t serial_ = 0;                   // of the obstacles that what is kept belongs to
-  std::vector<Neighbourhood> neighbourhoods_;  // of the segments
   double radius_ = 0;
   Barrier barrier_;
   bool self_contact_ = false;
@@ -135,7 +123,7 @@ class Contacts {
   std::vector<Term> terms_;
   std::vector<FrictionTerm> friction_;
   double slip_length_ = 0;  // m, below which friction is smoothed
-  std::vector<int> by_node_;
+  std::vector<int> faces_, by_node_;
   std::vector<std::uint32_t> edge_stamp_;
   std::uint32_t stamp_ = 0;
   std::vector<std::int32_t> slots_;  // open-addressing table from key to term

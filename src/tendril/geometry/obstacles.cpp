@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cassert>
 #include <numeric>
 
@@ -55,7 +54,6 @@ struct Obstacles::Data {
   Aabb bounds;  // of all vertices
   BoxTree tree{{}};
   std::vector<FaceBound> face_bounds;
-  std::uint64_t serial = 0;
 
   [[nodiscard]] const Vector3& vertex(int i) const { return vertices[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const Vector3& corner(const Face& face, int k) const {
@@ -145,8 +143,6 @@ Obstacles::Obstacles(std::span<const TriangleMesh> meshes) {
     data->face_bounds[f] = {center, radius, sharp ? Vector3(Vector3::Zero()) : normal.stableNormalized()};
   }
   data->tree = BoxTree(boxes);
-  static std::atomic<std::uint64_t> made = 0;
-  data->serial = ++made;
   data_ = std::move(data);
 }
 
@@ -158,7 +154,6 @@ std::span<const Vector3> Obstacles::vertices() const { return data_->vertices; }
 std::span<const Obstacles::Face> Obstacles::faces() const { return data_->faces; }
 std::span<const Obstacles::FaceBound> Obstacles::faceBounds() const { return data_->face_bounds; }
 std::span<const MeshEdge> Obstacles::edges() const { return data_->edges; }
-std::uint64_t Obstacles::serial() const { return data_->serial; }
 
 void Obstacles::facesNear(const Aabb& box, std::vector<int>& out) const {
   const auto first = static_cast<std::ptrdiff_t>(out.size());
