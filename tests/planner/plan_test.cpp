@@ -111,6 +111,17 @@ TEST(Plan, IsTheSameWhateverTheNumberOfThreads) {
   EXPECT_EQ(one.run.steps, three.run.steps);
 }
 
+TEST(Plan, ALimitOnExtensionsGivesTheSameMotionWhateverTheNumberOfThreads) {
+  Scenario s = scenario("double-funnel", 16);
+  s.planner.extend_limit = 2;
+  const Solution one = plannedBy(1, s, 1), three = plannedBy(3, s, 1);
+  EXPECT_EQ(one.status, PlanStatus::iteration_limit);
+  EXPECT_EQ(three.status, PlanStatus::iteration_limit);
+  EXPECT_TRUE(sameMotion(one.trajectory, three.trajectory));
+  EXPECT_EQ(one.run.iterations, three.run.iterations);
+  EXPECT_EQ(one.run.steps, three.run.steps);
+}
+
 /// The whole scene in another place and scale; density and time scale stay.
 Scenario moved(const Scenario& s, const Pose& by, double scale) {
   Scenario m = s;

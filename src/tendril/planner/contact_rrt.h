@@ -16,10 +16,9 @@ struct ContactRrtSettings {
 
 /// RRT on the rod's state space, with
 /// - a second tree that grows from the goal outward: the rod is pulled out of it by simulation. Its states
-/// are
-///   aims: whoever stands near one follows their way to the goal, the deeper end leading;
+///   are aims: whoever stands near one follows their way to the goal, the deeper end leading;
 /// - failures: the nearest state is the one that minimises d (1 + failure_penalty times the number of failed
-/// growths from it);
+///   growths from it);
 /// - novelty: a state within 0.01 L of another adds nothing;
 /// - strategies (ExtendStrategy) drawn by their shares.
 class ContactRrt : public ompl::base::Planner {

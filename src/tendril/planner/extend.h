@@ -26,7 +26,8 @@ inline constexpr double kReachAngle = 0.1;   // rad
 inline constexpr double kStallWindow = 0.1;  // s
 inline constexpr double kCreep = 0.25;       // of a gripper's speed, where the rod snaps
 
-/// What EXTEND did. `controls` are its phases, for the solution; times count from `start_time`.
+/// What EXTEND did. `controls` are its phases, for the solution; times [s] count from the recorder's start,
+/// or from the extension's where nothing is recorded.
 struct ExtendReport {
   std::vector<Control> controls;
   std::int64_t steps = 0;

@@ -348,7 +348,7 @@ struct Problem {
 };
 
 /// Explores, replays exactly what was found, and where the replay departs, explores on from the states it
-/// passed. At the scenario's own resolution the replay is the exploration itself.
+/// passed. At the scenario's own resolution the replay is the exploration itself, but where the rod snaps.
 Outcome attempt(const Problem& problem, const Scenario& explored, int extends, std::uint64_t seed,
                 ompl_spaces::Work& work) {
   constexpr int kExplorations = 3;
@@ -411,6 +411,7 @@ class Portfolio {
     bool done = false;
   };
   void work(bool reports);
+  void dropAllButNearest(int number);
   void report(const ompl_spaces::Work& current);
 
   const Problem& problem_;
@@ -419,6 +420,7 @@ class Portfolio {
   std::deque<Attempt> attempts_;  // guarded by mutex_
   std::atomic<int> first_solved_ = std::numeric_limits<int>::max();
   std::int64_t granted_ = 0;  // extensions, guarded by mutex_
+  int nearest_ = -1;          // the failed attempt whose motion is kept, guarded by mutex_
   double last_report_ = 0;
 };
 
@@ -428,6 +430,8 @@ Outcome Portfolio::run() {
     others.push_back(std::async(std::launch::async, [this] { work(false); }));
   work(true);
   for (std::future<void>& thread : others) thread.get();
+  // Whoever was not stopped and did not succeed has used up what extend_limit grants.
+  if (first_solved_ == std::numeric_limits<int>::max()) supervisor_.giveUp(Reason::extends);
 
   Outcome best;
   for (std::size_t k = 0; k < attempts_.size() && static_cast<int>(k) <= first_solved_; ++k) {
@@ -471,10 +475,11 @@ void Portfolio::work(bool reports) {
       number = static_cast<int>(attempts_.size());
       if (number > first_solved_ || (!tendril && number > 0)) return;
       const std::int64_t left = limit - granted_;
-      if (left <= 0) return supervisor_.giveUp(Reason::extends);
-      most = static_cast<int>(std::min<std::int64_t>(
-          left, tendril ? std::int64_t{problem_.scenario.planner.attempt_extends} * luby(number / 2)
-                        : std::numeric_limits<int>::max()));
+      if (left <= 0) return;  // others may still be at work on what was granted
+      constexpr std::int64_t kMost = std::numeric_limits<int>::max();
+      most = static_cast<int>(std::min(
+          {left, kMost,
+           tendril ? std::int64_t{problem_.scenario.planner.attempt_extends} * luby(number / 2) : kMost}));
       granted_ += most;
       mine = &attempts_.emplace_back();
     }
@@ -494,12 +499,26 @@ void Portfolio::work(bool reports) {
         Random(problem_.request.seed + 0x9E3779B97F4A7C15ULL * static_cast<std::uint64_t>(number)).bits(),
         mine->work);
     const std::lock_guard lock(mutex_);
+    outcome.replay.roots.clear();  // were for this attempt's own explorations
     mine->outcome = std::move(outcome);
     mine->done = true;
-    if (mine->outcome.solved) first_solved_ = std::min<int>(first_solved_, number);
-    if (!tendril && !mine->outcome.solved && !supervisor_.stop()) supervisor_.giveUp(Reason::extends);
+    if (mine->outcome.solved)
+      first_solved_ = std::min<int>(first_solved_, number);
+    else
+      dropAllButNearest(number);
   }
 }
+
+/// Of the failed attempts only the motion that came nearest is kept: many attempts would fill the memory.
+void Portfolio::dropAllButNearest(int number) {
+  const auto nearest = [this](int k) {
+    return std::pair(attempts_[static_cast<std::size_t>(k)].outcome.replay.nearest, k);
+  };
+  int worse = number;
+  if (nearest_ < 0 || nearest(number) < nearest(nearest_)) worse = std::exchange(nearest_, number);
+  if (worse >= 0) attempts_[static_cast<std::size_t>(worse)].outcome.replay.trajectory = {};
+}
+
 }  // namespace
 
 const std::vector<std::string>& plannerNames() {
