@@ -10,6 +10,8 @@ and radius 0.01. The axis is x; the surface is mirror-symmetric in x.
 import math
 import sys
 
+import obj
+
 ROD_LENGTH, ROD_RADIUS = 1.0, 0.01
 SIDES = 19
 TUNNEL_HALF_LENGTH = ROD_LENGTH          # the tunnel is two rods long
@@ -44,11 +46,7 @@ def make_mesh(tunnel_radii=TUNNEL_RADII):
         radius = inscribed / math.cos(math.pi / SIDES)
         for k in range(SIDES):
             vertices.append((x, radius * math.cos(side_angle(k)), radius * math.sin(side_angle(k))))
-    for ring in range(len(rings) - 1):
-        for k in range(SIDES):
-            a, b = ring * SIDES + k, ring * SIDES + (k + 1) % SIDES
-            c, d = a + SIDES, b + SIDES
-            faces += [(a, d, b), (a, c, d)]
+    faces += wall_faces(len(rings))
     for ring, flip in ((0, True), (len(rings) - 1, False)):
         first_corner = len(vertices)
         x, w = rings[ring][0], PLATE_HALF_WIDTH
@@ -56,6 +54,17 @@ def make_mesh(tunnel_radii=TUNNEL_RADII):
         plate = plate_faces(ring * SIDES, first_corner)
         faces += [(a, c, b) for a, b, c in plate] if flip else plate
     return vertices, faces
+
+
+def wall_faces(rings):
+    """The faces between so many rings of SIDES vertices each, numbered from 0 on ring by ring."""
+    faces = []
+    for ring in range(rings - 1):
+        for k in range(SIDES):
+            a, b = ring * SIDES + k, ring * SIDES + (k + 1) % SIDES
+            c, d = a + SIDES, b + SIDES
+            faces += [(a, d, b), (a, c, d)]
+    return faces
 
 
 def plate_faces(first_of_ring, first_corner):
@@ -74,11 +83,7 @@ def plate_faces(first_of_ring, first_corner):
 
 
 def obj_text(tunnel_radii=TUNNEL_RADII):
-    vertices, faces = make_mesh(tunnel_radii)
-    lines = ["# The double funnel, made by scripts/make_double_funnel.py. Metres; the axis is x."]
-    lines += ["v {:.9f} {:.9f} {:.9f}".format(*(c + 0.0 for c in v)) for v in vertices]
-    lines += ["f {} {} {}".format(*(i + 1 for i in f)) for f in faces]
-    return "\n".join(lines) + "\n"
+    return obj.obj_text("The double funnel, made by scripts/make_double_funnel.py. Metres; the axis is x.", *make_mesh(tunnel_radii))
 
 
 if __name__ == "__main__":

@@ -9,6 +9,8 @@ along y above; each is a closed prism of sixteen sides. Where two bars cross the
 import math
 import sys
 
+import obj
+
 ROD_LENGTH, ROD_RADIUS = 1.0, 0.01
 BARS = 11                                # in each direction
 SIDES = 16
@@ -46,11 +48,7 @@ def make_mesh():
 
 
 def obj_text():
-    vertices, faces = make_mesh()
-    lines = ["# The grid, made by scripts/make_grid.py. Metres; the bars lie along x and y."]
-    lines += ["v {:.9f} {:.9f} {:.9f}".format(*(round(c, 9) + 0.0 for c in v)) for v in vertices]
-    lines += ["f {} {} {}".format(*(i + 1 for i in f)) for f in faces]
-    return "\n".join(lines) + "\n"
+    return obj.obj_text("The grid, made by scripts/make_grid.py. Metres; the bars lie along x and y.", *make_mesh())
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ import math
 import sys
 
 import make_double_funnel
+import obj
 
 ROD_LENGTH, ROD_RADIUS = 1.0, 0.01
 SIDES = make_double_funnel.SIDES
@@ -69,11 +70,7 @@ def make_mesh():
         for k in range(SIDES):
             angle = make_double_funnel.side_angle(k)
             vertices.append(add(centre, (radius * math.cos(angle), u), (radius * math.sin(angle), v)))
-    for ring in range(len(rings) - 1):
-        for k in range(SIDES):
-            a, b = ring * SIDES + k, ring * SIDES + (k + 1) % SIDES
-            c, d = a + SIDES, b + SIDES
-            faces += [(a, d, b), (a, c, d)]
+    faces += make_double_funnel.wall_faces(len(rings))
     for ring, flip in ((0, True), (len(rings) - 1, False)):
         centre, _, u, v, _ = rings[ring]
         first_corner, w = len(vertices), PLATE_HALF_WIDTH
@@ -84,11 +81,7 @@ def make_mesh():
 
 
 def obj_text():
-    vertices, faces = make_mesh()
-    lines = ["# The labyrinth, made by scripts/make_labyrinth.py. Metres."]
-    lines += ["v {:.9f} {:.9f} {:.9f}".format(*(round(c, 9) + 0.0 for c in v)) for v in vertices]
-    lines += ["f {} {} {}".format(*(i + 1 for i in f)) for f in faces]
-    return "\n".join(lines) + "\n"
+    return obj.obj_text("The labyrinth, made by scripts/make_labyrinth.py. Metres.", *make_mesh())
 
 
 if __name__ == "__main__":

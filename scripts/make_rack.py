@@ -8,6 +8,8 @@ All lengths are in metres for a rod of length 1 and radius 0.01. The bars lie al
 import math
 import sys
 
+import obj
+
 ROD_LENGTH, ROD_RADIUS = 1.0, 0.01
 SIDES = 16
 BAR_RADIUS = 1.5 * ROD_RADIUS            # of the circle about the prism
@@ -48,11 +50,7 @@ def make_mesh():
 
 
 def obj_text():
-    vertices, faces = make_mesh()
-    lines = ["# The rack, made by scripts/make_rack.py. Metres; the bars lie along x."]
-    lines += ["v {:.9f} {:.9f} {:.9f}".format(*(round(c, 9) + 0.0 for c in v)) for v in vertices]
-    lines += ["f {} {} {}".format(*(i + 1 for i in f)) for f in faces]
-    return "\n".join(lines) + "\n"
+    return obj.obj_text("The rack, made by scripts/make_rack.py. Metres; the bars lie along x.", *make_mesh())
 
 
 if __name__ == "__main__":
