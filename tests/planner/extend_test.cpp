@@ -14,14 +14,14 @@ using namespace scenes;
 
 const std::function<bool()> never = [] { return false; };
 
-Scenario openScenario() {
+Scenario emptyScenario() {
   Scenario s = rodScenario(5e7, 16);
   s.environment.workspace = {Vector3(-3, -3, -3), Vector3(3, 3, 3)};
   return s;
 }
 
 TEST(Extend, BringsFirstTheLeadingGripperThenTheOtherToItsTarget) {
-  const Scenario s = openScenario();
+  const Scenario s = emptyScenario();
   const Obstacles o = nothing();
   const RodModel model(s, o);
   const Extend extend(model, {.reach = 0.01});
@@ -43,7 +43,7 @@ TEST(Extend, BringsFirstTheLeadingGripperThenTheOtherToItsTarget) {
 }
 
 TEST(Extend, ASlowPhaseTakesItsGripperNoFasterThanItsShareOfTheSpeed) {
-  const Scenario s = openScenario();
+  const Scenario s = emptyScenario();
   const Obstacles o = nothing();
   const RodModel model(s, o);
   const Pose target{Quaternion::Identity(), {-0.4, 0, 0}};
@@ -67,7 +67,7 @@ TEST(Extend, ASlowPhaseTakesItsGripperNoFasterThanItsShareOfTheSpeed) {
 }
 
 TEST(Extend, RunsOnlyWhileTheDistanceIsGreaterThanEpsilon) {
-  const Scenario s = openScenario();
+  const Scenario s = emptyScenario();
   const Obstacles o = nothing();
   const RodModel model(s, o);
   RodState state = RodState::atRest(straight({}, 1, 16));
@@ -77,7 +77,7 @@ TEST(Extend, RunsOnlyWhileTheDistanceIsGreaterThanEpsilon) {
 }
 
 TEST(Extend, PhaseEndsAtItsLimitAndWhenNothingMovesAnyMore) {
-  Scenario s = openScenario();
+  Scenario s = emptyScenario();
   const Obstacles wall = obstaclesOf({block({-0.5, -3, -3}, {-0.4, 3, 3})});
   const RodModel model(s, wall);
   const Extension through = algorithm1(
@@ -93,7 +93,7 @@ TEST(Extend, PhaseEndsAtItsLimitAndWhenNothingMovesAnyMore) {
 }
 
 TEST(Extend, PhaseEndsWithTheLastStateInsideTheWorkspace) {
-  Scenario s = openScenario();
+  Scenario s = emptyScenario();
   s.environment.workspace.max.x() = 1.3;
   const Obstacles o = nothing();
   const RodModel model(s, o);
@@ -110,7 +110,7 @@ TEST(Extend, PhaseEndsWithTheLastStateInsideTheWorkspace) {
 }
 
 TEST(Sampling, SamplesAreStableRodsInsideTheWorkspaceAndClearOfTheMeshes) {
-  Scenario s = openScenario();
+  Scenario s = emptyScenario();
   s.environment.workspace = {Vector3(-0.7, -0.7, -0.7), Vector3(0.7, 0.7, 0.7)};
   const Obstacles o = obstaclesOf({block({-0.2, -0.2, -0.7}, {0.2, 0.2, 0.7})});
   RodSampler sampler(s.rod, samplingSpace(s, o), 9);

@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planner/scenes.h"
 #include "tendril/planner.h"
 #include "tendril/verification.h"
 
 namespace tendril {
 namespace {
+
+using namespace planner_scenes;
 
 struct Planned {
   Scenario scenario;
@@ -17,22 +20,18 @@ struct Planned {
   Solution solution;
 };
 
-Planned planned(const std::string& file, int elements) {
-  Scenario scenario = readScenario(TENDRIL_SOURCE_DIR "/scenarios/" + file);
-  scenario.rod.elements = elements;
-  std::vector<TriangleMesh> meshes;
-  for (const MeshReference& mesh : scenario.environment.meshes)
-    meshes.push_back(loadMesh(scenario.meshPath(mesh), mesh.scale, mesh.pose));
-  Obstacles obstacles(meshes);
+Planned planned(const std::string& name, int elements) {
+  Scenario read = scenario(name, elements);
+  Obstacles obstacles = obstaclesOf(read);
   PlanRequest request;
   request.time_limit_s = 60;
-  Solution solution = plan(scenario, obstacles, request);
-  solution.mesh_sha256 = meshHashes(scenario);
-  return {std::move(scenario), std::move(obstacles), std::move(solution)};
+  Solution solution = plan(read, obstacles, request);
+  solution.mesh_sha256 = meshHashes(read);
+  return {std::move(read), std::move(obstacles), std::move(solution)};
 }
 
 const Planned& doubleFunnel() {
-  static const Planned plan = planned("double-funnel.yaml", 16);
+  static const Planned plan = planned("double-funnel", 16);
   return plan;
 }
 
@@ -77,19 +76,8 @@ void expectSame(const MotionCost& a, const MotionCost& b) {
   });
 }
 
-bool sameMotion(const Trajectory& a, const Trajectory& b) {
-  const auto same = [](const Pose& p, const Pose& q) {
-    return p.position == q.position && p.rotation.coeffs() == q.rotation.coeffs();
-  };
-  return a.time_s == b.time_s && a.held == b.held &&
-         std::equal(a.shapes.begin(), a.shapes.end(), b.shapes.begin(), b.shapes.end(),
-                    [&](const RodShape& p, const RodShape& q) {
-                      return std::equal(p.begin(), p.end(), q.begin(), q.end(), same);
-                    });
-}
-
 TEST(Optimize, NoReportedNumberIsWorseAndTheNumbersAreThoseOfTheMotion) {
-  const Planned free_space = planned("free-space.yaml", 16);
+  const Planned free_space = planned("free-space", 16);
   for (const Planned* each : {&free_space, &doubleFunnel()}) {
     const Planned& plan = *each;
     ASSERT_EQ(plan.solution.status, PlanStatus::solved);
@@ -109,7 +97,7 @@ TEST(Optimize, AnImprovedPlanPassesTheIndependentVerification) {
 }
 
 TEST(Optimize, TheMotionEndsAtItsFirstStepInTheGoalRegion) {
-  Planned plan = planned("free-space.yaml", 16);
+  Planned plan = planned("free-space", 16);
   // One gripper goes on, aside for a second and back for another.
   const double reached = plan.solution.trajectory.time_s.back();
   const Pose there = plan.solution.trajectory.shapes.back().front();

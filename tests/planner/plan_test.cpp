@@ -3,30 +3,16 @@
 
 #include <algorithm>
 
+#include "planner/scenes.h"
 #include "tendril/planner.h"
 #include "tendril/verification.h"
 
 namespace tendril {
 namespace {
 
-Scenario freeSpace(int elements = 16) {
-  Scenario s = readScenario(TENDRIL_SOURCE_DIR "/scenarios/free-space.yaml");
-  s.rod.elements = elements;
-  return s;
-}
+using namespace planner_scenes;
 
-Scenario scenario(const std::string& name, int elements) {
-  Scenario s = readScenario(TENDRIL_SOURCE_DIR "/scenarios/" + name + ".yaml");
-  s.rod.elements = elements;
-  return s;
-}
-
-Obstacles obstaclesOf(const Scenario& s) {
-  std::vector<TriangleMesh> meshes;
-  for (const MeshReference& mesh : s.environment.meshes)
-    meshes.push_back(loadMesh(s.meshPath(mesh), mesh.scale, mesh.pose));
-  return Obstacles(meshes);
-}
+Scenario freeSpace(int elements = 16) { return scenario("free-space", elements); }
 
 Solution planned(const Scenario& s, const std::string& planner, std::uint64_t seed = 1, double limit = 60) {
   PlanRequest request;
@@ -34,16 +20,6 @@ Solution planned(const Scenario& s, const std::string& planner, std::uint64_t se
   Solution solution = plan(s, obstaclesOf(s), request);
   solution.mesh_sha256 = meshHashes(s);
   return solution;
-}
-
-bool sameMotion(const Trajectory& a, const Trajectory& b) {
-  if (a.time_s != b.time_s || a.held != b.held || a.shapes.size() != b.shapes.size()) return false;
-  for (std::size_t k = 0; k < a.shapes.size(); ++k)
-    for (std::size_t i = 0; i < a.shapes[k].size(); ++i)
-      if (a.shapes[k][i].position != b.shapes[k][i].position ||
-          a.shapes[k][i].rotation.coeffs() != b.shapes[k][i].rotation.coeffs())
-        return false;
-  return true;
 }
 
 std::string failures(const VerificationReport& report) {

@@ -1,0 +1,37 @@
+/// What the planner's tests share: a scenario of the repository with fewer elements, its obstacles, and
+/// equality of motions.
+#pragma once
+
+#include <algorithm>
+
+#include "tendril/planner.h"
+
+namespace tendril::planner_scenes {
+
+/// The scenario `scenarios/NAME.yaml` with `elements` elements.
+inline Scenario scenario(const std::string& name, int elements) {
+  Scenario s = readScenario(TENDRIL_SOURCE_DIR "/scenarios/" + name + ".yaml");
+  s.rod.elements = elements;
+  return s;
+}
+
+inline Obstacles obstaclesOf(const Scenario& s) {
+  std::vector<TriangleMesh> meshes;
+  for (const MeshReference& mesh : s.environment.meshes)
+    meshes.push_back(loadMesh(s.meshPath(mesh), mesh.scale, mesh.pose));
+  return Obstacles(meshes);
+}
+
+/// Whether two motions are the same to the last bit.
+inline bool sameMotion(const Trajectory& a, const Trajectory& b) {
+  const auto same = [](const Pose& p, const Pose& q) {
+    return p.position == q.position && p.rotation.coeffs() == q.rotation.coeffs();
+  };
+  return a.time_s == b.time_s && a.held == b.held &&
+         std::equal(a.shapes.begin(), a.shapes.end(), b.shapes.begin(), b.shapes.end(),
+                    [&](const RodShape& p, const RodShape& q) {
+                      return std::equal(p.begin(), p.end(), q.begin(), q.end(), same);
+                    });
+}
+
+}  // namespace tendril::planner_scenes
