@@ -112,7 +112,7 @@ void writePageOf(const Solution& solution, const World& world, const fs::path& f
       goal.clear();  // a goal that holds no rod has no ghost; only planning needs it
     }
   }
-  writePage(solution, world.meshes, goal, file);
+  writePage(solution, world.meshes, world.obstacles, goal, file);
 }
 
 Written writeSolutionAndPage(const Solution& solution, const World& world, const fs::path& folder) {

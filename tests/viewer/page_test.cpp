@@ -91,7 +91,7 @@ struct Page {
 
 Page writtenPage(const Solution& solution, std::span<const TriangleMesh> meshes, const RodShape& goal = {}) {
   const TemporaryFolder folder;
-  writePage(solution, meshes, goal, folder / "view.html");
+  writePage(solution, meshes, Obstacles(meshes), goal, folder / "view.html");
   Page page;
   page.html = readFile(folder / "view.html");
   const std::size_t begin = page.html.find(kOpen) + kOpen.size();
@@ -266,7 +266,9 @@ TEST(Page, TheSameSolutionGivesTheSameBytes) {
 TEST(Page, AFolderThatCannotBeMadeIsAnInputError) {
   const TemporaryFolder folder;
   writeFileAtomically(folder / "file", "not a folder");
-  EXPECT_THROW(writePage(loweredRod(2), {}, {}, folder / "file" / "view.html"), InputError);
+  EXPECT_THROW(writePage(loweredRod(2), {}, Obstacles(std::span<const TriangleMesh>{}), {},
+                         folder / "file" / "view.html"),
+               InputError);
 }
 
 }  // namespace

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cassert>
-#include <numeric>
 
 namespace tendril::verification {
 namespace {
 
-constexpr int kLeafFaces = 4;
+constexpr std::size_t kLeafFaces = 4;
 
 Bounds boundsOf(const Face& face) {
   Bounds bounds;
@@ -19,38 +18,46 @@ Vector3 centreOf(const Face& face) { return (face.corners[0] + face.corners[1] +
 
 }  // namespace
 
-FaceTree::FaceTree(std::vector<Face> faces) : faces_(std::move(faces)) {
-  if (faces_.empty()) return;
-  build(0, static_cast<int>(faces_.size()));
-  bounds_.reserve(faces_.size());
-  for (const Face& face : faces_) bounds_.push_back(boundsOf(face));
+FaceTree::FaceTree(std::vector<Face> faces) {
+  if (faces.empty()) return;
+  std::vector<Item> items;
+  items.reserve(faces.size());
+  for (const Face& face : faces) items.push_back({centreOf(face), static_cast<int>(items.size())});
+  std::vector<Bounds> bounds(faces.size());
+  std::transform(faces.begin(), faces.end(), bounds.begin(), boundsOf);
+  build(bounds, items, 0);
+  faces_.reserve(faces.size()), bounds_.reserve(faces.size());
+  for (const Item& item : items) {
+    faces_.push_back(faces[static_cast<std::size_t>(item.face)]);
+    bounds_.push_back(bounds[static_cast<std::size_t>(item.face)]);
+  }
 }
 
-void FaceTree::build(int first, int count) {
-  const auto begin = faces_.begin() + first, end = begin + count;
-  Bounds bounds, centres;
-  for (auto face = begin; face != end; ++face) {
-    for (const Vector3& corner : face->corners) bounds.include(corner);
-    centres.include(centreOf(*face));
-  }
+Bounds FaceTree::build(std::span<const Bounds> bounds, std::span<Item> items, int first) {
   const std::size_t index = nodes_.size();
-  nodes_.push_back({bounds, 0, first, count});
-  if (count <= kLeafFaces) return;
-
-  // Halve along the axis in which the centres are spread most; ties by mesh and number, so the order is
-  // reproducible.
-  Eigen::Index axis;
-  (centres.max - centres.min).maxCoeff(&axis);
-  const int half = count / 2;
-  std::nth_element(begin, begin + half, end, [axis](const Face& a, const Face& b) {
-    const double x = centreOf(a)[axis], y = centreOf(b)[axis];
-    if (x != y) return x < y;
-    return a.mesh != b.mesh ? a.mesh < b.mesh : a.number < b.number;
-  });
-  nodes_[index].count = 0;
-  build(first, half);
-  nodes_[index].right = static_cast<int>(nodes_.size());
-  build(first + half, count - half);
+  nodes_.push_back({{}, 0, first, static_cast<int>(items.size())});
+  Bounds all;
+  if (items.size() <= kLeafFaces) {
+    for (const Item& item : items) all.include(bounds[static_cast<std::size_t>(item.face)]);
+  } else {
+    // Halve along the axis in which the centres are spread most; ties by number, so the order is
+    // reproducible.
+    Bounds centres;
+    for (const Item& item : items) centres.include(item.centre);
+    Eigen::Index axis;
+    (centres.max - centres.min).maxCoeff(&axis);
+    const std::size_t half = items.size() / 2;
+    std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(half), items.end(),
+                     [axis](const Item& a, const Item& b) {
+                       return a.centre[axis] != b.centre[axis] ? a.centre[axis] < b.centre[axis]
+                                                               : a.face < b.face;
+                     });
+    nodes_[index].count = 0;
+    all = build(bounds, items.first(half), first);
+    nodes_[index].right = static_cast<int>(nodes_.size());
+    all.include(build(bounds, items.subspan(half), first + static_cast<int>(half)));
+  }
+  return nodes_[index].bounds = all;
 }
 
 void FaceTree::facesNear(const Bounds& box, double margin, std::vector<const Face*>& out) const {

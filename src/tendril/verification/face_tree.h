@@ -22,6 +22,7 @@ struct Bounds {
   Vector3 max = Vector3::Constant(-std::numeric_limits<double>::infinity());
 
   void include(const Vector3& p) { min = min.cwiseMin(p), max = max.cwiseMax(p); }
+  void include(const Bounds& other) { min = min.cwiseMin(other.min), max = max.cwiseMax(other.max); }
   /// False only if the boxes are more than `margin` apart along an axis, and so all points in them.
   [[nodiscard]] bool near(const Bounds& other, double margin) const {
     return (min.array() - margin <= other.max.array()).all() &&
@@ -47,7 +48,13 @@ class FaceTree {
     int right = 0;
     int first = 0, count = 0;
   };
-  void build(int first, int count);
+  /// A face while the tree is built.
+  struct Item {
+    Vector3 centre;
+    int face;
+  };
+  /// Adds the tree of `items`, which it sorts and which come `first` in the order; returns their bounds.
+  Bounds build(std::span<const Bounds> bounds, std::span<Item> items, int first);
 
   std::vector<Face> faces_;
   std::vector<Bounds> bounds_;  // one per face

@@ -25,8 +25,7 @@ double contactsOf(const RodShape& shape, const Obstacles& obstacles, double radi
 
 }  // namespace
 
-Contacts findContacts(const Solution& solution, std::span<const TriangleMesh> meshes,
-                      std::size_t most_segments) {
+Contacts findContacts(const Solution& solution, const Obstacles& obstacles, std::size_t most_segments) {
   const double radius = solution.scenario.rod.radius;
   const double contact_distance = solution.scenario.simulation.contact_distance;
   const std::vector<RodShape>& shapes = solution.trajectory.shapes;
@@ -38,7 +37,6 @@ Contacts findContacts(const Solution& solution, std::span<const TriangleMesh> me
   const std::size_t segments = shapes.size() * (shapes.front().size() - 1);
   const std::size_t stride = std::max<std::size_t>(1, (segments + most_segments - 1) / most_segments);
   contacts.stride = static_cast<int>(stride);
-  const Obstacles obstacles(meshes);
   for (std::size_t k = 0; k < shapes.size(); k += stride) {
     const double gap =
         contactsOf(shapes[k], obstacles, radius, contact_distance, contacts.reach, contacts.points);

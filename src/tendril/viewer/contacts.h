@@ -20,7 +20,7 @@ struct Contacts {
 
 /// Searches every segment of every stored state, or of every stride-th one where that would be more than
 /// `most_segments`. A gap is the distance of centreline and mesh less the radius.
-[[nodiscard]] Contacts findContacts(const Solution& solution, std::span<const TriangleMesh> meshes,
+[[nodiscard]] Contacts findContacts(const Solution& solution, const Obstacles& obstacles,
                                     std::size_t most_segments = 200'000);
 
 }  // namespace tendril::viewer

@@ -102,10 +102,11 @@ json trajectoryToJson(const Trajectory& trajectory, const std::vector<float>& ga
   return out;
 }
 
-json pageData(const Solution& solution, std::span<const TriangleMesh> meshes, const RodShape& goal_shape) {
+json pageData(const Solution& solution, std::span<const TriangleMesh> meshes, const Obstacles& obstacles,
+              const RodShape& goal_shape) {
   const Scenario& scenario = solution.scenario;
   const Provenance& run = solution.run;
-  const viewer::Contacts contacts = viewer::findContacts(solution, meshes);
+  const viewer::Contacts contacts = viewer::findContacts(solution, obstacles);
   return {
       {"format", 1},
       {"name", scenario.name},
@@ -156,14 +157,14 @@ std::string jsonInHtml(const json& data) {
 
 }  // namespace
 
-void writePage(const Solution& solution, std::span<const TriangleMesh> meshes, const RodShape& goal_shape,
-               const std::filesystem::path& file) {
+void writePage(const Solution& solution, std::span<const TriangleMesh> meshes, const Obstacles& obstacles,
+               const RodShape& goal_shape, const std::filesystem::path& file) {
   const std::string_view page = viewer::pageTemplate();
   const std::size_t element = page.find(std::string(kDataOpen) + std::string(kDataClose));
   assert(element != std::string_view::npos);
   const std::size_t place = element + kDataOpen.size();
   std::string out(page.substr(0, place));
-  out += jsonInHtml(pageData(solution, meshes, goal_shape));
+  out += jsonInHtml(pageData(solution, meshes, obstacles, goal_shape));
   out += page.substr(place);
   writeFileAtomically(file, out);
 }
