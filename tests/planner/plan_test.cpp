@@ -141,6 +141,47 @@ TEST(Plan, SucceedsAlikeInASceneThatIsTurnedShiftedOrScaled) {
   }
 }
 
+/// The whole scene in a mirror at x = 0. A frame R becomes M R S, M = diag(-1, 1, 1), S = diag(1, 1, -1), so
+/// that tangents are mirrored and frames stay right-handed; in it a force f is S f, a moment or a curvature k
+/// is -S k.
+Scenario mirrored(const Scenario& s) {
+  const Vector3 m(-1, 1, 1), polar(1, 1, -1), axial(-1, -1, 1);
+  Scenario mirror = s;
+  const auto pose = [&](const Pose& p) {
+    const Matrix3 turned = m.asDiagonal() * p.rotation.toRotationMatrix() * polar.asDiagonal();
+    return Pose{Quaternion(turned), m.cwiseProduct(p.position)};
+  };
+  for (MeshReference& mesh : mirror.environment.meshes) {  // M = -1 times half a turn about x
+    mesh.scale = -mesh.scale;
+    mesh.pose = {Quaternion(0, 1, 0, 0) * mesh.pose.rotation, m.cwiseProduct(mesh.pose.position)};
+  }
+  Box& box = mirror.environment.workspace;
+  const double low = box.min.x();
+  box.min.x() = -box.max.x(), box.max.x() = -low;
+  for (Vector3& curvature : mirror.rod.rest_curvature) curvature = axial.cwiseProduct(curvature);
+  const auto place = [&](Placement& placement) {
+    if (auto* chart = std::get_if<PoseAndWrench>(&placement)) {
+      chart->pose = pose(chart->pose);
+      chart->wrench.head<3>() = axial.cwiseProduct(chart->wrench.head<3>());
+      chart->wrench.tail<3>() = polar.cwiseProduct(chart->wrench.tail<3>());
+    } else {
+      auto& ends = std::get<GripperPoses>(placement);
+      ends.first = pose(ends.first), ends.last = pose(ends.last);
+    }
+  };
+  place(*mirror.start), place(mirror.goal->placement);
+  return mirror;
+}
+
+TEST(Plan, SucceedsAlikeInAMirroredScene) {
+  for (const char* name : {"double-funnel", "engine-assembly", "winding"}) {
+    const Scenario s = mirrored(scenario(name, 20));
+    const Solution solution = planned(s, "tendril");
+    ASSERT_EQ(solution.status, PlanStatus::solved) << name;
+    EXPECT_EQ(failures(verify(solution)), "") << name;
+  }
+}
+
 TEST(Plan, PutsAHoseBackIntoTheEngineInTheRightShape) {
   Scenario s = scenario("engine-assembly", 20);
   const Solution solution = planned(s, "tendril");
