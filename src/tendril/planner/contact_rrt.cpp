@@ -167,11 +167,11 @@ bool ContactRrt::growTowardGoal(const Stop& stop) {
 
 void ContactRrt::growFromGoal(const RodShape& start, const Stop& stop) {
   const int growth = goal_growths_++;
-  if (growth < 4) {  // straight out, by either end; then once more in shorter pieces, which lead back through narrow bends
+  if (growth < 2) {                // straight out, by either end
     constexpr double kWay = 1.35;  // L
-    const double piece = growth < 2 ? kPiece : kShortPiece;
-    const End end = growth % 2 == 0 ? End::last : End::first;
-    grow(from_goal_, 0, start, along(model_.rod, end, piece, static_cast<int>(std::ceil(kWay / piece))), stop);
+    const End end = growth == 0 ? End::last : End::first;
+    grow(from_goal_, 0, start,
+         along(model_.rod, end, goal_piece_, static_cast<int>(std::ceil(kWay / goal_piece_))), stop);
     return;
   }
   RodShape target = start;
@@ -200,6 +200,9 @@ ob::PlannerStatus ContactRrt::solve(const Stop& stop) {
   goal->sampleGoal(goal_state);
   add(from_goal_, goal_state, nullptr, -1);
   const RodShape start = forward_.shape(0);
+  // Short pieces lead back in through narrow bends; long ones leave more of the extensions for other ways
+  // out.
+  goal_piece_ = random_.uniform() < 0.5 ? kPiece : kShortPiece;
 
   int goal_extends = 0;
   while (solution_ < 0 && extends_ < settings_.extends && !stop()) {

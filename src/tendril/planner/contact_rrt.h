@@ -73,6 +73,7 @@ class ContactRrt : public ompl::base::Planner {
   ompl::base::StateSamplerPtr sampler_;
   Tree forward_, from_goal_;
   int extends_ = 0, goal_growths_ = 0, solution_ = -1;
+  double goal_piece_ = 0;  // L, in which the rod is pulled straight out of the goal
 };
 
 }  // namespace tendril
