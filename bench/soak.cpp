@@ -235,9 +235,10 @@ double forceLeft(const RodModel& model, RodWorkspace& workspace) {
   return force / model.grippers.max_force;
 }
 
-/// Whether a gripper that stands still should not: with every step solved to the end, 12 steps from this
-/// state take some node a tenth of what the gripper may go, or leave more than 1 % of its force without
-/// balance.
+/// Whether a gripper that stood still for 12 steps should not have: with every step solved to the end, the
+/// same 12 steps take some node a tenth of what the gripper may go, or leave more than 1 % of its force
+/// without balance. (A straight rod that is pressed along itself stands still, too, until rounding has grown
+/// to a buckle.)
 bool shouldMove(const RodModel& model, const Control& control, RodState state) {
   RodModel exact = model;
   exact.newton = {300, 1e-8};
@@ -274,7 +275,7 @@ Tally runEpisode(const Episode& e, Random& random, std::uint64_t number, bool te
     const int steps = between(random, 20, 60);
     control.start_s = 0, control.end_s = steps * model.simulation.time_step;
     ControlRunner runner(model, control, state);
-    RodShape window = state.nodes;
+    RodState window = state;
     int window_steps = 0;
     for (int k = 0; k < steps && finite; ++k) {
       const RodShape before = state.nodes;
@@ -313,9 +314,9 @@ Tally runEpisode(const Episode& e, Random& random, std::uint64_t number, bool te
           control.moving ? (control.target.position - endPose(state.nodes, *control.moving).position).norm()
                          : 0;
       if (++window_steps == 12) {
-        const double gone = maxNodeDistance(window, state.nodes);
+        const double gone = maxNodeDistance(window.nodes, state.nodes);
         if (way > 0.1 * length + 12 * travel && gone < 1e-3 * 12 * travel) {
-          if (!shouldMove(model, control, state)) {
+          if (!shouldMove(model, control, window)) {
             ++tally.held_up;
           } else if (atStretchLimit(state.nodes, model.rod.elementLength()) || atHalfTurn(state.nodes)) {
             ++tally.at_limits;
@@ -327,7 +328,7 @@ Tally runEpisode(const Episode& e, Random& random, std::uint64_t number, bool te
                                static_cast<int>(report.status), gone / (12 * travel)));
           }
         }
-        window = state.nodes, window_steps = 0;
+        window = state, window_steps = 0;
       }
     }
   }

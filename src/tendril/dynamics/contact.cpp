@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 
 namespace tendril::contact {
@@ -139,7 +140,7 @@ Term& Contacts::termFor(std::uint64_t key, bool& fresh) {
 
 EdgeWeight::EdgeWeight(const MeshEdge& edge, const Vector3& normal) {
   const double length = edge.wedge.norm();
-  if (length == 0) return;
+  if (length == 0 || length > std::numbers::sqrt2) return;  // faces at a right angle: sqrt(2)
   const Vector3 into = edge.wedge / length;
   const double x = std::max(0.0, -into.dot(normal));
   value = x * x * (3 - 2 * x);

@@ -46,7 +46,8 @@ struct Term {
 
 /// How much a mesh edge counts where n points from the edge to the rod: x^2 (3 - 2 x) of x = -n .
 /// wedge/|wedge|, nothing where x < 0, which is in a valley, whose faces are nearer. An edge without a wedge
-/// counts.
+/// counts, and so does one whose faces meet at less than a right angle: there x is small for a segment that
+/// lies across it on either face, and no thick rod gets into the valley.
 struct EdgeWeight {
   double value = 1;
   Vector3 by_normal = Vector3::Zero();
