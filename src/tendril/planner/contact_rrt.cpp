@@ -200,9 +200,10 @@ ob::PlannerStatus ContactRrt::solve(const Stop& stop) {
   goal->sampleGoal(goal_state);
   add(from_goal_, goal_state, nullptr, -1);
   const RodShape start = forward_.shape(0);
-  // Short pieces lead back in through narrow bends; long ones leave more of the extensions for other ways
-  // out.
-  goal_piece_ = random_.uniform() < 0.5 ? kPiece : kShortPiece;
+  // Short pieces lead back in through narrow bends, where an element is no longer than they are; long ones
+  // leave more of the extensions for other ways out.
+  const bool short_pieces = kShortPiece * model_.rod.elements >= 1 && random_.uniform() < 0.5;
+  goal_piece_ = short_pieces ? kShortPiece : kPiece;
 
   int goal_extends = 0;
   while (solution_ < 0 && extends_ < settings_.extends && !stop()) {
