@@ -6,9 +6,9 @@
 
 namespace tendril {
 
-/// Writes the page atomically. `meshes` are the scenario's, loaded, `obstacles` what they are to the rod; the
-/// goal's ghost shape is computed by the caller (empty: no ghost). Throws InputError if the page cannot be
-/// written.
+/// Writes the page atomically. `meshes` [m, world] are the scenario's, loaded, and are drawn; `obstacles`, of
+/// the same meshes, say where the rod touches; the goal's ghost shape [m, world; N + 1 frames] is computed by
+/// the caller (empty: no ghost). Throws InputError if the page cannot be written.
 void writePage(const Solution& solution, std::span<const TriangleMesh> meshes, const Obstacles& obstacles,
                const RodShape& goal_shape, const std::filesystem::path& file);
 

@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "planner/scenes.h"
+#include "planner/scenarios.h"
 #include "tendril/planner.h"
 #include "tendril/verification.h"
 
 namespace tendril {
 namespace {
 
-using namespace planner_scenes;
+using namespace scenarios;
 
 struct Planned {
   Scenario scenario;

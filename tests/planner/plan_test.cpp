@@ -3,14 +3,14 @@
 
 #include <algorithm>
 
-#include "planner/scenes.h"
+#include "planner/scenarios.h"
 #include "tendril/planner.h"
 #include "tendril/verification.h"
 
 namespace tendril {
 namespace {
 
-using namespace planner_scenes;
+using namespace scenarios;
 
 Scenario freeSpace(int elements = 16) { return scenario("free-space", elements); }
 

@@ -59,7 +59,9 @@ class ContactRrt : public ompl::base::Planner {
             const Stop& stop);
   bool growTowardSample(const Stop& stop);
   bool growTowardGoal(const Stop& stop);
-  void growFromGoal(const RodShape& start, const Stop& stop);
+  /// The first two growths pull the rod straight out by either end, in pieces of `piece` L; others lead an
+  /// end toward the start or a sample.
+  void growFromGoal(const RodShape& start, double piece, const Stop& stop);
   /// Along the parents of a state of the goal's tree, to the goal.
   [[nodiscard]] ExtendStrategy::Steps follow(int goal_node);
   [[nodiscard]] const ExtendStrategy& drawStrategy();
@@ -73,7 +75,6 @@ class ContactRrt : public ompl::base::Planner {
   ompl::base::StateSamplerPtr sampler_;
   Tree forward_, from_goal_;
   int extends_ = 0, goal_growths_ = 0, solution_ = -1;
-  double goal_piece_ = 0;  // L, in which the rod is pulled straight out of the goal
 };
 
 }  // namespace tendril

@@ -1,12 +1,11 @@
-/// What the planner's tests share: a scenario of the repository with fewer elements, its obstacles, and
-/// equality of motions.
+/// What the planner's tests share: the scenarios of the repository, their obstacles, and equality of motions.
 #pragma once
 
 #include <algorithm>
 
 #include "tendril/planner.h"
 
-namespace tendril::planner_scenes {
+namespace tendril::scenarios {
 
 /// The scenario `scenarios/NAME.yaml` with `elements` elements.
 inline Scenario scenario(const std::string& name, int elements) {
@@ -15,6 +14,7 @@ inline Scenario scenario(const std::string& name, int elements) {
   return s;
 }
 
+/// Its meshes, loaded and placed. Throws InputError as loadMesh does.
 inline Obstacles obstaclesOf(const Scenario& s) {
   std::vector<TriangleMesh> meshes;
   for (const MeshReference& mesh : s.environment.meshes)
@@ -34,4 +34,4 @@ inline bool sameMotion(const Trajectory& a, const Trajectory& b) {
                     });
 }
 
-}  // namespace tendril::planner_scenes
+}  // namespace tendril::scenarios
