@@ -165,13 +165,12 @@ bool ContactRrt::growTowardGoal(const Stop& stop) {
   return grow(forward_, nearest(forward_, target, true), target, follow(aim), stop);
 }
 
-void ContactRrt::growFromGoal(const RodShape& start, double piece, const Stop& stop) {
+void ContactRrt::growFromGoal(const RodShape& start, const Stop& stop) {
   const int growth = goal_growths_++;
-  if (growth < 2) {
-    constexpr double kWay = 1.35;  // L
+  if (growth < 2) {  // straight out, by either end
+    constexpr int kPieces = 9;
     const End end = growth == 0 ? End::last : End::first;
-    grow(from_goal_, 0, start, along(model_.rod, end, piece, static_cast<int>(std::ceil(kWay / piece))),
-         stop);
+    grow(from_goal_, 0, start, along(model_.rod, end, kPiece, kPieces), stop);
     return;
   }
   RodShape target = start;
@@ -200,16 +199,12 @@ ob::PlannerStatus ContactRrt::solve(const Stop& stop) {
   goal->sampleGoal(goal_state);
   add(from_goal_, goal_state, nullptr, -1);
   const RodShape start = forward_.shape(0);
-  // Short pieces lead back in through narrow bends, where an element is no longer than they are; long ones
-  // leave more of the extensions for other ways out.
-  const bool short_pieces = kShortPiece * model_.rod.elements >= 1 && random_.uniform() < 0.5;
-  const double piece = short_pieces ? kShortPiece : kPiece;
 
   int goal_extends = 0;
   while (solution_ < 0 && extends_ < settings_.extends && !stop()) {
     if (goal_extends < settings_.goal_extends && 4 * goal_extends <= extends_ - goal_extends) {
       const int before = extends_;
-      growFromGoal(start, piece, stop);
+      growFromGoal(start, stop);
       goal_extends += std::max(1, extends_ - before);
     } else if (random_.uniform() < settings_.goal_bias) {
       growTowardGoal(stop);

@@ -59,9 +59,7 @@ class ContactRrt : public ompl::base::Planner {
             const Stop& stop);
   bool growTowardSample(const Stop& stop);
   bool growTowardGoal(const Stop& stop);
-  /// The first two growths pull the rod straight out by either end, in pieces of `piece` L; others lead an
-  /// end toward the start or a sample.
-  void growFromGoal(const RodShape& start, double piece, const Stop& stop);
+  void growFromGoal(const RodShape& start, const Stop& stop);
   /// Along the parents of a state of the goal's tree, to the goal.
   [[nodiscard]] ExtendStrategy::Steps follow(int goal_node);
   [[nodiscard]] const ExtendStrategy& drawStrategy();

@@ -33,8 +33,9 @@ class Along : public ExtendStrategy {
   }
 
  private:
-  static constexpr double kPull = 0.7;      // else it pushes
-  static constexpr double kLongestWay = 3;  // L: it ends where nothing moves any more
+  static constexpr double kPull = 0.7;         // else it pushes
+  static constexpr double kLongestWay = 3;     // L: it ends where nothing moves any more
+  static constexpr double kShortPiece = 0.05;  // L: follows narrow bends
 };
 
 }  // namespace

@@ -5,8 +5,7 @@
 
 namespace tendril {
 
-inline constexpr double kPiece = 0.15;       // L
-inline constexpr double kShortPiece = 0.05;  // L: follows narrow bends
+inline constexpr double kPiece = 0.15;  // L
 
 /// One pull (piece > 0) or push of `end` along its own tangent, as it turns: `pieces` steps of |piece| L, the
 /// other end free.
