@@ -6,6 +6,7 @@
 
 #include "dynamics/scenes.h"
 #include "tendril/planner/goal.h"
+#include "tendril/planner/strategies.h"
 
 namespace tendril {
 namespace {
@@ -107,6 +108,28 @@ TEST(Extend, PhaseEndsWithTheLastStateInsideTheWorkspace) {
     for (const Pose& node : shape) EXPECT_LE(node.position.x(), 1.3);
   EXPECT_EQ(recorder.steps(), report.steps);
   EXPECT_EQ(maxNodeDistance(recorder.trajectory().shapes.back(), state.nodes), 0);
+}
+
+TEST(Along, ACoilIsPulledInPiecesThatStayNearTheScrewLineItUnwindsAlong) {
+  // A helix of two turns: radius R, pitch 2 pi p, curvature R / (R^2 + p^2).
+  constexpr double R = 0.07, p = 0.0379;
+  const double w = 1 / std::hypot(R, p);  // rad per metre of arc length
+  const auto helix = [&](double arc) {
+    return Vector3(R * std::cos(w * arc), R * std::sin(w * arc), p * w * arc);
+  };
+  RodProperties rod = rodScenario(5e7, 40).rod;
+  rod.rest_curvature = {{0, 0, R * w * w}};
+  const Vector3 tangent = w * Vector3(0, R, p);
+  const RodShape shape(41, {Quaternion::FromTwoVectors(Vector3::UnitX(), tangent), helix(0)});
+  const auto first = [&](const RodProperties& r) {
+    return (*along(r, End::last, pieceOf(r), 1)(shape)).phases.front().target.position;
+  };
+  const double piece = (first(rod) - helix(0)).norm();
+  EXPECT_GT(piece, 0.05);
+  EXPECT_LT((first(rod) - helix(piece)).norm(), piece / 2);
+
+  rod.rest_curvature.clear();  // a straight rod would be led off it
+  EXPECT_GT((first(rod) - helix(0.15)).norm(), 0.15 / 2);
 }
 
 TEST(Sampling, SamplesAreStableRodsInsideTheWorkspaceAndClearOfTheMeshes) {

@@ -167,10 +167,12 @@ bool ContactRrt::growTowardGoal(const Stop& stop) {
 
 void ContactRrt::growFromGoal(const RodShape& start, const Stop& stop) {
   const int growth = goal_growths_++;
-  if (growth < 2) {  // straight out, by either end
-    constexpr int kPieces = 9;
+  if (growth < 2) {                // straight out, by either end
+    constexpr double kWay = 1.35;  // L
+    const double piece = pieceOf(model_.rod);
     const End end = growth == 0 ? End::last : End::first;
-    grow(from_goal_, 0, start, along(model_.rod, end, kPiece, kPieces), stop);
+    grow(from_goal_, 0, start, along(model_.rod, end, piece, static_cast<int>(std::ceil(kWay / piece))),
+         stop);
     return;
   }
   RodShape target = start;

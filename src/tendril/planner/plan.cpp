@@ -75,9 +75,8 @@ ob::PlannerPtr omplPlanner(const std::string& name, const oc::SpaceInformationPt
 /// The rod to explore with: `elements`, but not so few that one turns by more than 1 rad at rest, nor more
 /// than the rod's own.
 RodProperties coarseRod(const RodProperties& rod, int elements) {
-  double turn = 0;  // rad, of the whole rod if it were curved as much as where it is curved most
-  for (int k = 0; k < rod.elements; ++k) turn = std::max(turn, rod.restCurvature(k).norm() * rod.length);
-  return withElements(rod, std::min(std::max(elements, static_cast<int>(std::ceil(turn))), rod.elements));
+  return withElements(rod,
+                      std::min(std::max(elements, static_cast<int>(std::ceil(restTurn(rod)))), rod.elements));
 }
 
 /// The scenario to explore with a rod of so many elements (0: its own), in longer, less exact steps.

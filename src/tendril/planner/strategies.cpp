@@ -5,7 +5,9 @@
 namespace tendril {
 namespace {
 
-constexpr double kStuck = 0.1;  // of a piece: an end that got less far is stuck
+constexpr double kLongestPiece = 0.15;  // L
+constexpr double kLargestTurn = 1;      // rad
+constexpr double kStuck = 0.1;          // of a piece: an end that got less far is stuck
 
 End randomEnd(Random& random) { return random.uniform() < 0.5 ? End::last : End::first; }
 
@@ -27,7 +29,7 @@ class Along : public ExtendStrategy {
   Steps begin(const RodProperties& rod, const RodShape&, const RodShape&, Random& random) const override {
     const End end = randomEnd(random);
     const double direction = random.uniform() < kPull ? 1 : -1;
-    const double piece = random.uniform() < 0.5 ? kPiece : kShortPiece;
+    const double piece = random.uniform() < 0.5 ? pieceOf(rod) : kShortPiece;
     const double way = random.uniform(piece, kLongestWay);
     return along(rod, end, direction * piece, static_cast<int>(std::ceil(way / piece)));
   }
@@ -39,6 +41,14 @@ class Along : public ExtendStrategy {
 };
 
 }  // namespace
+
+double restTurn(const RodProperties& rod) {
+  double most = 0;  // 1/m
+  for (int k = 0; k < rod.elements; ++k) most = std::max(most, rod.restCurvature(k).norm());
+  return most * rod.length;
+}
+
+double pieceOf(const RodProperties& rod) { return std::min(kLongestPiece, kLargestTurn / restTurn(rod)); }
 
 ExtendStrategy::Steps along(const RodProperties& rod, End end, double piece, int pieces) {
   const double way = std::abs(piece) * rod.length;
@@ -64,7 +74,7 @@ ExtendStrategy::Steps along(const RodProperties& rod, End end, double piece, int
 }
 
 ExtendStrategy::Steps lead(const RodProperties& rod, End end, const Pose& target) {
-  const double piece = kPiece * rod.length;
+  const double piece = pieceOf(rod) * rod.length;
   double before = std::numeric_limits<double>::infinity();
   return [=](const RodShape& now) mutable -> std::optional<Extension> {
     const Pose& at = endPose(now, end);
