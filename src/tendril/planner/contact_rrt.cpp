@@ -34,7 +34,11 @@ ContactRrt::ContactRrt(const oc::SpaceInformationPtr& si, const RodModel& model,
       model_(model),
       strategies_(std::move(strategies)),
       settings_(settings),
-      random_(random) {}
+      random_(random) {
+  for (Tree* tree : {&forward_, &from_goal_})
+    tree->centroids.setDistanceFunction(
+        [](const Centroid& a, const Centroid& b) { return (a.position - b.position).norm(); });
+}
 
 ContactRrt::~ContactRrt() {
   clearTree(forward_);
@@ -47,6 +51,7 @@ void ContactRrt::clearTree(Tree& tree) {
     if (node.control) control_si_->freeControl(node.control);
   }
   tree.nodes.clear();
+  tree.centroids.clear();
 }
 
 void ContactRrt::clear() {
@@ -58,27 +63,37 @@ void ContactRrt::clear() {
 }
 
 int ContactRrt::add(Tree& tree, State* state, ControlValue* control, int parent) {
-  tree.nodes.push_back({state, control, parent, 0, centroidOf(state->rod.nodes)});
-  return static_cast<int>(tree.nodes.size()) - 1;
+  const int k = static_cast<int>(tree.nodes.size());
+  tree.nodes.push_back({state, control, parent, 0});
+  tree.centroids.add({centroidOf(state->rod.nodes), k});
+  return k;
 }
 
-int ContactRrt::nearest(const Tree& tree, const RodShape& target, bool count_failures) const {
-  const Vector3 centroid = centroidOf(target);
+int ContactRrt::nearest(const Tree& tree, const RodShape& target) const {
+  const Centroid centroid{centroidOf(target), -1};
   int best = -1;
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < tree.nodes.size(); ++k) {
-    const Node& node = tree.nodes[k];
-    const double factor = count_failures ? 1 + settings_.failure_penalty * node.failures : 1;
-    if (factor * (node.centroid - centroid).norm() >= least) continue;  // (6) is no less
-    const double distance = factor * meanNodeDistance(node.state->rod.nodes, target);
-    if (distance < least) least = distance, best = static_cast<int>(k);
+  // By growing distance of the centroids, until none of those left can be nearer: failures only add to (6).
+  std::size_t seen = 0;
+  for (std::size_t count = 8; seen < tree.nodes.size(); count *= 4) {
+    tree.centroids.nearestK(centroid, count, found_);
+    for (; seen < found_.size(); ++seen) {
+      const int k = found_[seen].node;
+      if ((found_[seen].position - centroid.position).norm() > least) return best;
+      const double factor = 1 + settings_.failure_penalty * tree.nodes[static_cast<std::size_t>(k)].failures;
+      const double distance = factor * meanNodeDistance(tree.shape(k), target);
+      if (distance < least || (distance == least && k < best)) least = distance, best = k;
+    }
   }
   return best;
 }
 
 bool ContactRrt::isNew(const Tree& tree, const RodShape& shape) const {
-  const int k = nearest(tree, shape, false);
-  return k < 0 || meanNodeDistance(tree.shape(k), shape) >= kNovelty * model_.rod.length;
+  const double apart = kNovelty * model_.rod.length;
+  tree.centroids.nearestR({centroidOf(shape), -1}, apart, found_);
+  return std::none_of(found_.begin(), found_.end(), [&](const Centroid& near) {
+    return meanNodeDistance(tree.shape(near.node), shape) < apart;
+  });
 }
 
 bool ContactRrt::grow(Tree& tree, int from, const RodShape& target, const ExtendStrategy::Steps& steps,
@@ -126,7 +141,7 @@ bool ContactRrt::growTowardSample(const Stop& stop) {
   sampler_->sampleUniform(sample);
   const RodShape target = static_cast<State*>(sample)->rod.nodes;
   si_->freeState(sample);
-  const int from = nearest(forward_, target, true);
+  const int from = nearest(forward_, target);
   return grow(forward_, from, target, drawStrategy().begin(model_.rod, forward_.shape(from), target, random_),
               stop);
 }
@@ -162,7 +177,7 @@ ExtendStrategy::Steps ContactRrt::follow(int goal_node) {
 bool ContactRrt::growTowardGoal(const Stop& stop) {
   const int aim = static_cast<int>(random_.uniform() * static_cast<double>(from_goal_.nodes.size()));
   const RodShape target = from_goal_.shape(aim);
-  return grow(forward_, nearest(forward_, target, true), target, follow(aim), stop);
+  return grow(forward_, nearest(forward_, target), target, follow(aim), stop);
 }
 
 void ContactRrt::growFromGoal(const RodShape& start, const Stop& stop) {
@@ -183,8 +198,7 @@ void ContactRrt::growFromGoal(const RodShape& start, const Stop& stop) {
     si_->freeState(sample);
   }
   const End end = random_.uniform() < 0.5 ? End::last : End::first;
-  grow(from_goal_, nearest(from_goal_, target, true), target, lead(model_.rod, end, endPose(target, end)),
-       stop);
+  grow(from_goal_, nearest(from_goal_, target), target, lead(model_.rod, end, endPose(target, end)), stop);
 }
 
 ob::PlannerStatus ContactRrt::solve(const Stop& stop) {

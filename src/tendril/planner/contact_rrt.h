@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ompl/base/Planner.h>
+#include <ompl/datastructures/NearestNeighborsGNATNoThreadSafety.h>
 
 #include "tendril/planner/spaces.h"
 
@@ -40,10 +41,16 @@ class ContactRrt : public ompl::base::Planner {
     ControlValue* control;  // that leads here from the parent; null at a root
     int parent;             // -1 at a root
     int failures;           // growths from here that led nowhere
-    Vector3 centroid;       // mean of the nodes' positions: |difference| bounds (6) from below
+  };
+  /// A node by the mean of its rod's positions: the distance of two of these bounds (6) from below.
+  struct Centroid {
+    Vector3 position;
+    int node;
+    bool operator==(const Centroid&) const = default;
   };
   struct Tree {
     std::vector<Node> nodes;
+    ompl::NearestNeighborsGNATNoThreadSafety<Centroid> centroids;
     [[nodiscard]] const RodShape& shape(int k) const {
       return nodes[static_cast<std::size_t>(k)].state->rod.nodes;
     }
@@ -51,8 +58,8 @@ class ContactRrt : public ompl::base::Planner {
   using Stop = ompl::base::PlannerTerminationCondition;
 
   int add(Tree& tree, State* state, ControlValue* control, int parent);
-  /// The node that minimises distance (6), failures counted or not.
-  [[nodiscard]] int nearest(const Tree& tree, const RodShape& target, bool count_failures) const;
+  /// The node that minimises distance (6), failures counted.
+  [[nodiscard]] int nearest(const Tree& tree, const RodShape& target) const;
   [[nodiscard]] bool isNew(const Tree& tree, const RodShape& shape) const;
   /// Carries out `steps` from a node toward `target`; true if it reaches the goal.
   bool grow(Tree& tree, int from, const RodShape& target, const ExtendStrategy::Steps& steps,
@@ -72,6 +79,7 @@ class ContactRrt : public ompl::base::Planner {
   Random& random_;
   ompl::base::StateSamplerPtr sampler_;
   Tree forward_, from_goal_;
+  mutable std::vector<Centroid> found_;  // scratch
   int extends_ = 0, goal_growths_ = 0, solution_ = -1;
 };
 
