@@ -120,6 +120,104 @@ TEST(Contact, EnergyHasNoJumpsAndItsGradientIsItsDerivativeWhereRidgesAndValleys
   EXPECT_GT(near, 30000);
 }
 
+/// A square of ridges and valleys of every depth, faces of about `size`.
+TriangleMesh hills(Random& random, int side, double size) {
+  TriangleMesh mesh;
+  for (int i = 0; i <= side; ++i)
+    for (int j = 0; j <= side; ++j)
+      mesh.vertices.emplace_back(size * (i + random.uniform(-0.3, 0.3)),
+                                 size * (j + random.uniform(-0.3, 0.3)), size * random.uniform(-0.5, 0.5));
+  for (int i = 0; i < side; ++i)
+    for (int j = 0; j < side; ++j) {
+      const int a = i * (side + 1) + j, b = a + side + 1;
+      mesh.faces.push_back({a, b, a + 1});
+      mesh.faces.push_back({a + 1, b, b + 1});
+    }
+  return mesh;
+}
+
+double distanceToAllFaces(const std::vector<Vector3>& rod, const Obstacles& obstacles) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Obstacles::Face& face : obstacles.faces()) {
+    const auto corner = [&](std::size_t k) {
+      return obstacles.vertices()[static_cast<std::size_t>(face.vertices[k])];
+    };
+    for (std::size_t i = 0; i + 1 < rod.size(); ++i)
+      least = std::min(
+          least,
+          closestPointsOfSegmentAndTriangle(rod[i], rod[i + 1], corner(0), corner(1), corner(2)).distance);
+  }
+  return least;
+}
+
+TEST(Contact, AMotionThatPassesTheFilterStaysClearOfEveryFaceOfHillsAndValleys) {
+  Random random(41);
+  const double radius = RodProperties{}.radius;
+  int cut = 0, touched = 0;
+  for (const double size : {0.2, 1.0, 6.0})  // of the radius
+    for (int scene = 0; scene < 60; ++scene) {
+      const Obstacles o = obstaclesOf({hills(random, 10, size * radius)});
+      contact::Contacts contacts;
+      contacts.prepare(o, RodProperties{}, {0.1 * radius, 3.0});
+      const auto somewhere = [&](double half) -> Vector3 {
+        return {random.uniform(-half, half), random.uniform(-half, half), random.uniform(-half, half)};
+      };
+      const Vector3 middle = 5 * size * radius * Vector3(1, 1, 0);
+      std::vector<Vector3> at = {middle + Vector3(-2 * radius, 0, 0), middle,
+                                 middle + Vector3(2 * radius, 0, 0)};
+      for (Vector3& p : at) p += somewhere(0.3 * radius) + (1.5 + 0.6 * size) * radius * Vector3::UnitZ();
+      if (distanceToAllFaces(at, o) < 1.01 * radius) continue;
+      // Down onto the hills, step by step, each cut back to what is free; what was found for one motion
+      // serves the next.
+      for (int step = 0; step < 8; ++step) {
+        std::vector<Vector3> motion(3);
+        for (Vector3& d : motion) d = somewhere(0.3 * radius) - 0.4 * radius * Vector3::UnitZ();
+        contacts.findCandidates(at, motion);
+        const double fraction = contacts.freeFraction(at, motion, {0.1, 0.1 * radius});
+        cut += fraction < 1;
+        for (int k = 1; k <= 4; ++k) {
+          std::vector<Vector3> then = at;
+          for (std::size_t i = 0; i < 3; ++i) then[i] += 0.25 * k * fraction * motion[i];
+          ASSERT_GT(distanceToAllFaces(then, o), radius);
+        }
+        for (std::size_t i = 0; i < 3; ++i) at[i] += fraction * motion[i];
+        ASSERT_TRUE(contacts.evaluate(at));
+        touched += contacts.activeTerms() > 0;
+      }
+    }
+  EXPECT_GT(cut, 200);
+  EXPECT_GT(touched, 200);
+}
+
+TEST(Contact, WhatWasFoundForOneMotionGivesTheNextPlacesTheirEnergyToTheBit) {
+  Random random(42);
+  const double radius = RodProperties{}.radius;
+  const Obstacles o = obstaclesOf({hills(random, 30, 0.4 * radius)});
+  int in_contact = 0;
+  contact::Contacts kept;
+  for (int scene = 0; scene < 100; ++scene) {
+    kept.prepare(o, RodProperties{}, {0.5 * radius, 3.0});
+    std::vector<Vector3> at = {Vector3(4 * radius, 6 * radius, random.uniform(1.3, 1.7) * radius),
+                               Vector3(8 * radius, 6 * radius, random.uniform(1.3, 1.7) * radius)};
+    std::vector<Vector3> motion(2), still(2, Vector3::Zero());
+    for (int step = 0; step < 10; ++step) {
+      for (Vector3& d : motion)
+        d = 0.05 * radius * Vector3(random.uniform(-4, 4), random.uniform(-1, 1), random.uniform(-1, 1));
+      kept.findCandidates(at, motion);
+      for (std::size_t i = 0; i < 2; ++i) at[i] += motion[i];
+      contact::Contacts fresh;
+      fresh.prepare(o, RodProperties{}, {0.5 * radius, 3.0});
+      fresh.findCandidates(at, still);
+      const bool free = fresh.evaluate(at);
+      ASSERT_EQ(kept.evaluate(at), free);
+      if (!free) break;
+      ASSERT_EQ(kept.energy(), fresh.energy());
+      in_contact += fresh.activeTerms() > 0;
+    }
+  }
+  EXPECT_GT(in_contact, 200);
+}
+
 TEST(Contact, ASharpEdgePushesASegmentAcrossItAsMuchAsTheEdgeOfASheet) {
   // Two faces that meet at an angle along the y axis, at 0 a doubled sheet; a segment that lies across the
   // edge, tilted so little that its normal is nearly that of the upper face, its ends beyond reach of both.
