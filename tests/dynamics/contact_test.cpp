@@ -351,41 +351,78 @@ TEST(Contact, SelfContactGradientIsTheDerivativeOfTheEnergyCrossingAndNearlyPara
   }
 }
 
-TEST(Contact, StrandsThatTiltOnEachOtherAreAsStiffAsTheirEnergySays) {
+/// Two strands that cross a little apart, with the second order of their contact.
+struct CrossingStrands {
   contact::SelfContacts contacts;
-  contacts.prepare(0.01, 0.1, {0.005, 3.0});
-  const std::vector<Vector3> p = {{0, 0, 0},        {0.1, 0, 0},           {0.4, 0.3, -0.3},
-                                  {0.4, -0.3, 0.3}, {0.04, -0.05, 0.0202}, {0.06, 0.05, 0.0202}};
-  const std::vector<Vector3> still(p.size(), Vector3::Zero());
-  const auto energy_at = [&](const std::vector<Vector3>& at) {
-    contacts.findCandidates(at, still);
+  std::vector<Vector3> p = {{0, 0, 0},        {0.1, 0, 0},           {0.4, 0.3, -0.3},
+                            {0.4, -0.3, 0.3}, {0.04, -0.05, 0.0202}, {0.06, 0.05, 0.0202}};
+  BlockTridiagonal system;
+  contact::SelfContacts::Term term{};
+
+  CrossingStrands() {
+    contacts.prepare(0.01, 0.1, {0.005, 3.0});
+    (void)energyAt(p);
+    EXPECT_EQ(contacts.terms().size(), 1U);
+    term = contacts.terms()[0];
+    std::vector<beam::Node> nodes(p.size());
+    for (std::size_t i = 0; i < p.size(); ++i) nodes[i].pose.position = p[i], nodes[i].rotation.setIdentity();
+    system.resize(p.size());
+    system.setZero();
+    contacts.addDerivatives(nodes, system);
+  }
+  [[nodiscard]] double energyAt(const std::vector<Vector3>& at) {
+    contacts.findCandidates(at, std::vector<Vector3>(at.size(), Vector3::Zero()));
     EXPECT_TRUE(contacts.evaluate(at));
     return contacts.energy();
-  };
-  std::vector<beam::Node> nodes(p.size());
-  for (std::size_t i = 0; i < p.size(); ++i) nodes[i].pose.position = p[i], nodes[i].rotation.setIdentity();
-  BlockTridiagonal system;
-  system.resize(p.size());
-  system.setZero();
-  const double energy = energy_at(p);
-  contacts.addDerivatives(nodes, system);
-  ASSERT_EQ(contacts.terms().size(), 1U);
-  const contact::SelfContacts::Term term = contacts.terms()[0];
-  // Tilts about the contact, which leave the distance as it is to first order.
-  for (const auto& [element, s] : {std::pair{term.i, term.s}, {term.j, term.t}}) {
-    const auto i = static_cast<std::size_t>(element);
-    const Vector3 v0 = -s * term.normal, v1 = (1 - s) * term.normal;
+  }
+  /// The second derivative of the energy while the nodes move by v, by differences.
+  [[nodiscard]] double needed(const std::vector<Vector3>& v) {
     const double step = 1e-5;
     std::vector<Vector3> plus = p, minus = p;
-    plus[i] += step * v0, plus[i + 1] += step * v1, minus[i] -= step * v0, minus[i + 1] -= step * v1;
-    const double needed = (energy_at(plus) - 2 * energy + energy_at(minus)) / (step * step);
-    const double stiffness = v0.dot(system.diagonal(i).bottomRightCorner<3, 3>() * v0) +
-                             v1.dot(system.diagonal(i + 1).bottomRightCorner<3, 3>() * v1) +
-                             2 * v0.dot(system.upper(i).bottomRightCorner<3, 3>() * v1);
-    EXPECT_GT(needed, 0);
-    EXPECT_GE(stiffness, needed);
-    EXPECT_LE(stiffness, 4 * needed);
+    for (std::size_t i = 0; i < p.size(); ++i) plus[i] += step * v[i], minus[i] -= step * v[i];
+    return (energyAt(plus) - 2 * energyAt(p) + energyAt(minus)) / (step * step);
   }
+  [[nodiscard]] double stiffness(const std::vector<Vector3>& v) {
+    double sum = 0;
+    for (std::size_t i = 0; i < p.size(); ++i) {
+      sum += v[i].dot(system.diagonal(i).bottomRightCorner<3, 3>() * v[i]);
+      if (i + 1 < p.size()) sum += 2 * v[i].dot(system.upper(i).bottomRightCorner<3, 3>() * v[i + 1]);
+    }
+    return sum;
+  }
+};
+
+TEST(Contact, StrandsThatTiltOnEachOtherAreAsStiffAsTheirEnergySays) {
+  CrossingStrands strands;
+  // Tilts about the contact, which leave the distance as it is to first order.
+  for (const auto& [element, s] :
+       {std::pair{strands.term.i, strands.term.s}, {strands.term.j, strands.term.t}}) {
+    const auto i = static_cast<std::size_t>(element);
+    std::vector<Vector3> v(strands.p.size(), Vector3::Zero());
+    v[i] = -s * strands.term.normal, v[i + 1] = (1 - s) * strands.term.normal;
+    const double needed = strands.needed(v);
+    EXPECT_GT(needed, 0);
+    EXPECT_GE(strands.stiffness(v), needed);
+    EXPECT_LE(strands.stiffness(v), 4 * needed);
+  }
+}
+
+TEST(Contact, AStrandThatTiltsWhileTheOtherSlidesAlongItIsNoSofterThanTheirEnergySays) {
+  CrossingStrands strands;
+  const auto i = static_cast<std::size_t>(strands.term.i), j = static_cast<std::size_t>(strands.term.j);
+  int stiff = 0;
+  for (const bool first : {true, false})
+    for (const double slide : {-3.0, -1.0, -0.3, 0.3, 1.0, 3.0}) {  // of the tilt's displacement
+      const std::size_t tilting = first ? i : j, sliding = first ? j : i;
+      const double s = first ? strands.term.s : strands.term.t;
+      std::vector<Vector3> v(strands.p.size(), Vector3::Zero());
+      v[tilting] = -s * strands.term.normal, v[tilting + 1] = (1 - s) * strands.term.normal;
+      v[sliding] = v[sliding + 1] = slide * (strands.p[tilting + 1] - strands.p[tilting]).normalized();
+      const double needed = strands.needed(v);
+      EXPECT_GE(strands.stiffness(v), needed) << slide;
+      stiff += needed > 0;
+    }
+  EXPECT_GE(stiff, 6);
 }
 
 TEST(Contact, RodNeverPassesThroughItself) {
