@@ -120,6 +120,104 @@ TEST(Contact, EnergyHasNoJumpsAndItsGradientIsItsDerivativeWhereRidgesAndValleys
   EXPECT_GT(near, 30000);
 }
 
+/// A square of ridges and valleys of every depth, faces of about `size`.
+TriangleMesh hills(Random& random, int side, double size) {
+  TriangleMesh mesh;
+  for (int i = 0; i <= side; ++i)
+    for (int j = 0; j <= side; ++j)
+      mesh.vertices.emplace_back(size * (i + random.uniform(-0.3, 0.3)),
+                                 size * (j + random.uniform(-0.3, 0.3)), size * random.uniform(-0.5, 0.5));
+  for (int i = 0; i < side; ++i)
+    for (int j = 0; j < side; ++j) {
+      const int a = i * (side + 1) + j, b = a + side + 1;
+      mesh.faces.push_back({a, b, a + 1});
+      mesh.faces.push_back({a + 1, b, b + 1});
+    }
+  return mesh;
+}
+
+double distanceToAllFaces(const std::vector<Vector3>& rod, const Obstacles& obstacles) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Obstacles::Face& face : obstacles.faces()) {
+    const auto corner = [&](std::size_t k) {
+      return obstacles.vertices()[static_cast<std::size_t>(face.vertices[k])];
+    };
+    for (std::size_t i = 0; i + 1 < rod.size(); ++i)
+      least = std::min(
+          least,
+          closestPointsOfSegmentAndTriangle(rod[i], rod[i + 1], corner(0), corner(1), corner(2)).distance);
+  }
+  return least;
+}
+
+TEST(Contact, AMotionThatPassesTheFilterStaysClearOfEveryFaceOfHillsAndValleys) {
+  Random random(41);
+  const double radius = RodProperties{}.radius;
+  int cut = 0, touched = 0;
+  for (const double size : {0.2, 1.0, 6.0})  // of the radius
+    for (int scene = 0; scene < 60; ++scene) {
+      const Obstacles o = obstaclesOf({hills(random, 10, size * radius)});
+      contact::Contacts contacts;
+      contacts.prepare(o, RodProperties{}, {0.1 * radius, 3.0});
+      const auto somewhere = [&](double half) -> Vector3 {
+        return {random.uniform(-half, half), random.uniform(-half, half), random.uniform(-half, half)};
+      };
+      const Vector3 middle = 5 * size * radius * Vector3(1, 1, 0);
+      std::vector<Vector3> at = {middle + Vector3(-2 * radius, 0, 0), middle,
+                                 middle + Vector3(2 * radius, 0, 0)};
+      for (Vector3& p : at) p += somewhere(0.3 * radius) + (1.5 + 0.6 * size) * radius * Vector3::UnitZ();
+      if (distanceToAllFaces(at, o) < 1.01 * radius) continue;
+      // Down onto the hills, step by step, each cut back to what is free; what was found for one motion
+      // serves the next.
+      for (int step = 0; step < 8; ++step) {
+        std::vector<Vector3> motion(3);
+        for (Vector3& d : motion) d = somewhere(0.3 * radius) - 0.4 * radius * Vector3::UnitZ();
+        contacts.findCandidates(at, motion);
+        const double fraction = contacts.freeFraction(at, motion, {0.1, 0.1 * radius});
+        cut += fraction < 1;
+        for (int k = 1; k <= 4; ++k) {
+          std::vector<Vector3> then = at;
+          for (std::size_t i = 0; i < 3; ++i) then[i] += 0.25 * k * fraction * motion[i];
+          ASSERT_GT(distanceToAllFaces(then, o), radius);
+        }
+        for (std::size_t i = 0; i < 3; ++i) at[i] += fraction * motion[i];
+        ASSERT_TRUE(contacts.evaluate(at));
+        touched += contacts.activeTerms() > 0;
+      }
+    }
+  EXPECT_GT(cut, 200);
+  EXPECT_GT(touched, 200);
+}
+
+TEST(Contact, WhatWasFoundForOneMotionGivesTheNextPlacesTheirEnergyToTheBit) {
+  Random random(42);
+  const double radius = RodProperties{}.radius;
+  const Obstacles o = obstaclesOf({hills(random, 30, 0.4 * radius)});
+  int in_contact = 0;
+  contact::Contacts kept;
+  for (int scene = 0; scene < 100; ++scene) {
+    kept.prepare(o, RodProperties{}, {0.5 * radius, 3.0});
+    std::vector<Vector3> at = {Vector3(4 * radius, 6 * radius, random.uniform(1.3, 1.7) * radius),
+                               Vector3(8 * radius, 6 * radius, random.uniform(1.3, 1.7) * radius)};
+    std::vector<Vector3> motion(2), still(2, Vector3::Zero());
+    for (int step = 0; step < 10; ++step) {
+      for (Vector3& d : motion)
+        d = 0.05 * radius * Vector3(random.uniform(-4, 4), random.uniform(-1, 1), random.uniform(-1, 1));
+      kept.findCandidates(at, motion);
+      for (std::size_t i = 0; i < 2; ++i) at[i] += motion[i];
+      contact::Contacts fresh;
+      fresh.prepare(o, RodProperties{}, {0.5 * radius, 3.0});
+      fresh.findCandidates(at, still);
+      const bool free = fresh.evaluate(at);
+      ASSERT_EQ(kept.evaluate(at), free);
+      if (!free) break;
+      ASSERT_EQ(kept.energy(), fresh.energy());
+      in_contact += fresh.activeTerms() > 0;
+    }
+  }
+  EXPECT_GT(in_contact, 200);
+}
+
 TEST(Contact, ASharpEdgePushesASegmentAcrossItAsMuchAsTheEdgeOfASheet) {
   // Two faces that meet at an angle along the y axis, at 0 a doubled sheet; a segment that lies across the
   // edge, tilted so little that its normal is nearly that of the upper face, its ends beyond reach of both.
@@ -253,41 +351,78 @@ TEST(Contact, SelfContactGradientIsTheDerivativeOfTheEnergyCrossingAndNearlyPara
   }
 }
 
-TEST(Contact, StrandsThatTiltOnEachOtherAreAsStiffAsTheirEnergySays) {
+/// Two strands that cross a little apart, with the second order of their contact.
+struct CrossingStrands {
   contact::SelfContacts contacts;
-  contacts.prepare(0.01, 0.1, {0.005, 3.0});
-  const std::vector<Vector3> p = {{0, 0, 0},        {0.1, 0, 0},           {0.4, 0.3, -0.3},
-                                  {0.4, -0.3, 0.3}, {0.04, -0.05, 0.0202}, {0.06, 0.05, 0.0202}};
-  const std::vector<Vector3> still(p.size(), Vector3::Zero());
-  const auto energy_at = [&](const std::vector<Vector3>& at) {
-    contacts.findCandidates(at, still);
+  std::vector<Vector3> p = {{0, 0, 0},        {0.1, 0, 0},           {0.4, 0.3, -0.3},
+                            {0.4, -0.3, 0.3}, {0.04, -0.05, 0.0202}, {0.06, 0.05, 0.0202}};
+  BlockTridiagonal system;
+  contact::SelfContacts::Term term{};
+
+  CrossingStrands() {
+    contacts.prepare(0.01, 0.1, {0.005, 3.0});
+    (void)energyAt(p);
+    EXPECT_EQ(contacts.terms().size(), 1U);
+    term = contacts.terms()[0];
+    std::vector<beam::Node> nodes(p.size());
+    for (std::size_t i = 0; i < p.size(); ++i) nodes[i].pose.position = p[i], nodes[i].rotation.setIdentity();
+    system.resize(p.size());
+    system.setZero();
+    contacts.addDerivatives(nodes, system);
+  }
+  [[nodiscard]] double energyAt(const std::vector<Vector3>& at) {
+    contacts.findCandidates(at, std::vector<Vector3>(at.size(), Vector3::Zero()));
     EXPECT_TRUE(contacts.evaluate(at));
     return contacts.energy();
-  };
-  std::vector<beam::Node> nodes(p.size());
-  for (std::size_t i = 0; i < p.size(); ++i) nodes[i].pose.position = p[i], nodes[i].rotation.setIdentity();
-  BlockTridiagonal system;
-  system.resize(p.size());
-  system.setZero();
-  const double energy = energy_at(p);
-  contacts.addDerivatives(nodes, system);
-  ASSERT_EQ(contacts.terms().size(), 1U);
-  const contact::SelfContacts::Term term = contacts.terms()[0];
-  // Tilts about the contact, which leave the distance as it is to first order.
-  for (const auto& [element, s] : {std::pair{term.i, term.s}, {term.j, term.t}}) {
-    const auto i = static_cast<std::size_t>(element);
-    const Vector3 v0 = -s * term.normal, v1 = (1 - s) * term.normal;
+  }
+  /// The second derivative of the energy while the nodes move by v, by differences.
+  [[nodiscard]] double needed(const std::vector<Vector3>& v) {
     const double step = 1e-5;
     std::vector<Vector3> plus = p, minus = p;
-    plus[i] += step * v0, plus[i + 1] += step * v1, minus[i] -= step * v0, minus[i + 1] -= step * v1;
-    const double needed = (energy_at(plus) - 2 * energy + energy_at(minus)) / (step * step);
-    const double stiffness = v0.dot(system.diagonal(i).bottomRightCorner<3, 3>() * v0) +
-                             v1.dot(system.diagonal(i + 1).bottomRightCorner<3, 3>() * v1) +
-                             2 * v0.dot(system.upper(i).bottomRightCorner<3, 3>() * v1);
-    EXPECT_GT(needed, 0);
-    EXPECT_GE(stiffness, needed);
-    EXPECT_LE(stiffness, 4 * needed);
+    for (std::size_t i = 0; i < p.size(); ++i) plus[i] += step * v[i], minus[i] -= step * v[i];
+    return (energyAt(plus) - 2 * energyAt(p) + energyAt(minus)) / (step * step);
   }
+  [[nodiscard]] double stiffness(const std::vector<Vector3>& v) {
+    double sum = 0;
+    for (std::size_t i = 0; i < p.size(); ++i) {
+      sum += v[i].dot(system.diagonal(i).bottomRightCorner<3, 3>() * v[i]);
+      if (i + 1 < p.size()) sum += 2 * v[i].dot(system.upper(i).bottomRightCorner<3, 3>() * v[i + 1]);
+    }
+    return sum;
+  }
+};
+
+TEST(Contact, StrandsThatTiltOnEachOtherAreAsStiffAsTheirEnergySays) {
+  CrossingStrands strands;
+  // Tilts about the contact, which leave the distance as it is to first order.
+  for (const auto& [element, s] :
+       {std::pair{strands.term.i, strands.term.s}, {strands.term.j, strands.term.t}}) {
+    const auto i = static_cast<std::size_t>(element);
+    std::vector<Vector3> v(strands.p.size(), Vector3::Zero());
+    v[i] = -s * strands.term.normal, v[i + 1] = (1 - s) * strands.term.normal;
+    const double needed = strands.needed(v);
+    EXPECT_GT(needed, 0);
+    EXPECT_GE(strands.stiffness(v), needed);
+    EXPECT_LE(strands.stiffness(v), 4 * needed);
+  }
+}
+
+TEST(Contact, AStrandThatTiltsWhileTheOtherSlidesAlongItIsNoSofterThanTheirEnergySays) {
+  CrossingStrands strands;
+  const auto i = static_cast<std::size_t>(strands.term.i), j = static_cast<std::size_t>(strands.term.j);
+  int stiff = 0;
+  for (const bool first : {true, false})
+    for (const double slide : {-3.0, -1.0, -0.3, 0.3, 1.0, 3.0}) {  // of the tilt's displacement
+      const std::size_t tilting = first ? i : j, sliding = first ? j : i;
+      const double s = first ? strands.term.s : strands.term.t;
+      std::vector<Vector3> v(strands.p.size(), Vector3::Zero());
+      v[tilting] = -s * strands.term.normal, v[tilting + 1] = (1 - s) * strands.term.normal;
+      v[sliding] = v[sliding + 1] = slide * (strands.p[tilting + 1] - strands.p[tilting]).normalized();
+      const double needed = strands.needed(v);
+      EXPECT_GE(strands.stiffness(v), needed) << slide;
+      stiff += needed > 0;
+    }
+  EXPECT_GE(stiff, 6);
 }
 
 TEST(Contact, RodNeverPassesThroughItself) {

@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
 
 namespace tendril::contact {
@@ -18,6 +17,9 @@ std::uint64_t keyOf(int node, bool on_segment, MeshPart part, int index) {
          (static_cast<std::uint64_t>(node) << 1) | (on_segment ? 1U : 0U);
 }
 
+/// Of the barrier's reach: how far a step may lead beside its first guess before pairs are looked for again.
+constexpr double kSlack = 0.25;
+
 constexpr std::size_t kSlots = 1024;  // of the table from key to term; a power of two
 
 }  // namespace
@@ -27,6 +29,9 @@ void Contacts::prepare(const Obstacles& obstacles, const RodProperties& rod, con
   barrier_ = barrier;
   self_contact_ = rod.self_contact;
   self_.prepare(rod.radius, rod.elementLength(), barrier);
+  slack_ = kSlack * barrier.dhat;
+  near_.clear();
+  for (Neighbourhood& around : neighbourhoods_) around.known = false;
   assert(rod.elements < (1 << 14));  // keyOf's room for a node
   if (obstacles_ == &obstacles && edge_stamp_.size() == obstacles.edges().size()) return;
   obstacles_ = &obstacles;
@@ -38,60 +43,151 @@ void Contacts::prepare(const Obstacles& obstacles, const RodProperties& rod, con
   friction_.clear();
 }
 
+namespace {
+
+/// The plane across the way `apart` from a mesh part to the rod, on the foremost of the part's corners and
+/// `margin` before it; without a normal, so that nothing is above it, where there is no way.
+template <std::size_t N>
+Plane planeBefore(const std::array<const Vector3*, N>& corners, const Vector3& apart, double margin) {
+  Plane plane;
+  const double distance = apart.norm();
+  if (!(distance > 1e-150)) return plane;
+  plane.normal = apart / distance;
+  const Vector3& foremost = **std::max_element(corners.begin(), corners.end(), [&](auto* p, auto* q) {
+    return plane.normal.dot(*p - *corners[0]) < plane.normal.dot(*q - *corners[0]);
+  });
+  plane.point = foremost + margin * plane.normal;
+  return plane;
+}
+
+/// Whether the wedge keeps all that is within `slack` of these points on the side of a valley, whose faces
+/// are nearer than its edge.
+bool inValley(const MeshEdge& edge, const Vector3& on_edge, const std::array<Vector3, 4>& points,
+              double slack) {
+  if (!EdgeWeight::fadesInValley(edge)) return false;
+  const double least = slack * edge.wedge.norm();
+  return std::all_of(points.begin(), points.end(),
+                     [&](const Vector3& p) { return edge.wedge.dot(p - on_edge) > least; });
+}
+
+/// What comes within `reach` of a segment that moves, p its ends before and after: a capsule about where it
+/// is halfway or about a diagonal of the four, whichever is thinnest. All four within a distance of the axis
+/// means all between.
+Capsule capsuleAround(const std::array<Vector3, 4>& p, const std::array<Vector3, 2>& halfway, double reach) {
+  Capsule best{halfway[0], halfway[1], std::numeric_limits<double>::infinity()};
+  for (const auto& [a, b] : {std::pair{halfway[0], halfway[1]}, {p[0], p[3]}, {p[2], p[1]}}) {
+    double aside = 0;
+    for (const Vector3& point : p) aside = std::max(aside, closestPointOnSegment(point, a, b).distance);
+    if (aside + reach < best.radius) best = {a, b, aside + reach};
+  }
+  return best;
+}
+
+}  // namespace
+
+bool Contacts::staysWithin(const Neighbourhood& around, const Vector3& p0, const Vector3& p1,
+                           const Vector3& d0, const Vector3& d1) const {
+  const auto within = [&](std::size_t end, const Vector3& p) {
+    const Vector3 &way = around.way[end], from = p - around.from[end];
+    const double length2 = way.squaredNorm();
+    const double t = length2 > 0 ? std::clamp(from.dot(way) / length2, 0.0, 1.0) : 0;
+    return (from - t * way).squaredNorm() <= slack_ * slack_;
+  };
+  return around.known && within(0, p0) && within(0, p0 + d0) && within(1, p1) && within(1, p1 + d1);
+}
+
+void Contacts::lookAround(std::size_t segment, const std::vector<Vector3>& positions,
+                          const std::vector<Vector3>& motion) {
+  const std::size_t i = segment;
+  const int k = static_cast<int>(segment);
+  const bool last = i + 2 == positions.size();
+  Neighbourhood& around = neighbourhoods_[segment];
+  around = {.from = {positions[i], positions[i + 1]},
+            .way = {motion[i], motion[i + 1]},
+            .first_face = near_.node_faces.size(),
+            .last_face = near_.node_faces.size(),
+            .first_edge = near_.segment_edges.size(),
+            .last_edge = near_.segment_edges.size(),
+            .known = true};
+  const auto vertices = obstacles_->vertices();
+  const auto vertex = [&](int index) -> const Vector3& { return vertices[static_cast<std::size_t>(index)]; };
+  const double reach = radius_ + barrier_.dhat * (1 + 1e-9) + 1e-12 + slack_ * (1 + 1e-9);
+  const std::array<Vector3, 4> p = {positions[i], positions[i + 1], positions[i] + motion[i],
+                                    positions[i + 1] + motion[i + 1]};
+  const std::array<Vector3, 2> halfway = {p[0] + 0.5 * motion[i], p[1] + 0.5 * motion[i + 1]};
+  const Capsule capsule = capsuleAround(p, halfway, reach);
+  Aabb box;
+  for (const Vector3& point : p) box.include(point);
+  box.inflate(reach);
+  faces_.clear();
+  obstacles_->facesNear(box, capsule, faces_);
+  if (faces_.empty()) return;
+  const double extent = capsule.radius + (p[1] - p[0]).norm() + 2 * (motion[i].norm() + motion[i + 1].norm());
+  if (++stamp_ == 0) std::fill(edge_stamp_.begin(), edge_stamp_.end(), 0U), stamp_ = 1;
+  for (const int face : faces_) {
+    const auto& f = obstacles_->faces()[static_cast<std::size_t>(face)];
+    const Obstacles::FaceBound& bound = obstacles_->faceBounds()[static_cast<std::size_t>(face)];
+    const Vector3 &a = vertex(f.vertices[0]), &b = vertex(f.vertices[1]), &c = vertex(f.vertices[2]);
+    // A segment that stays wholly on one side of the face's plane, beyond reach, meets neither face nor its
+    // edges. 1e-9 of the distances in play is for the normal's rounding, here and below.
+    const double margin = 1e-9 * (extent + 2 * bound.radius), limit = reach + margin;
+    std::array<double, 4> height;
+    for (std::size_t j = 0; j < 4; ++j) height[j] = bound.normal.dot(p[j] - a);
+    const auto [low, high] = std::minmax_element(height.begin(), height.end());
+    if (*low > limit || *high < -limit) continue;
+    const auto add_node = [&](int node, std::size_t from, std::size_t to) {
+      if (std::min(height[from], height[to]) > limit || std::max(height[from], height[to]) < -limit) return;
+      if (!Capsule{p[from], p[to], reach}.meets(bound.center, bound.radius)) return;
+      const Vector3& mid = halfway[from];
+      const Plane plane =
+          planeBefore<3>({&a, &b, &c}, mid - closestPointOnTriangle(mid, a, b, c).closest, margin);
+      if (std::min(plane.heightOf(p[from]), plane.heightOf(p[to])) < reach)
+        near_.node_faces.push_back({node, face, plane});
+    };
+    add_node(k, 0, 2);
+    if (last) add_node(k + 1, 1, 3);
+    for (const int edge : f.edges) {
+      std::uint32_t& stamp = edge_stamp_[static_cast<std::size_t>(edge)];
+      if (stamp == stamp_) continue;
+      stamp = stamp_;
+      const MeshEdge& e = obstacles_->edges()[static_cast<std::size_t>(edge)];
+      if (e.flat) continue;
+      const Vector3 &ea = vertex(e.a), &eb = vertex(e.b);
+      if (!capsule.meets(0.5 * (ea + eb), 0.5 * (eb - ea).norm())) continue;
+      if (inValley(e, ea, p, slack_ + margin)) continue;
+      const SegmentSegment near = closestPointsOfSegments(halfway[0], halfway[1], ea, eb);
+      const Vector3 apart = (halfway[0] - ea) + near.s * (halfway[1] - halfway[0]) - near.t * (eb - ea);
+      const Plane plane = planeBefore<2>({&ea, &eb}, apart, margin);
+      if (std::any_of(p.begin(), p.end(), [&](const Vector3& q) { return plane.heightOf(q) < reach; }))
+        near_.segment_edges.push_back({k, edge, plane});
+    }
+  }
+  around.last_face = near_.node_faces.size(), around.last_edge = near_.segment_edges.size();
+}
+
 void Contacts::findCandidates(const std::vector<Vector3>& positions, const std::vector<Vector3>& motion) {
   if (self_contact_) self_.findCandidates(positions, motion);
-  candidates_.node_faces.clear();
-  candidates_.segment_edges.clear();
+  candidates_.clear();
   if (obstacles_->faces().empty()) return;
-  const auto vertices = obstacles_->vertices();
-  const auto faces = obstacles_->faces();
-  const auto bounds = obstacles_->faceBounds();
-  const auto edges = obstacles_->edges();
   const double reach = radius_ + barrier_.dhat * (1 + 1e-9) + 1e-12;
-  const int segments = static_cast<int>(positions.size()) - 1;
-  for (int k = 0; k < segments; ++k) {
-    const auto i = static_cast<std::size_t>(k);
+  const std::size_t segments = positions.size() - 1;
+  neighbourhoods_.resize(segments);
+  for (std::size_t i = 0; i < segments; ++i) {
+    if (!staysWithin(neighbourhoods_[i], positions[i], positions[i + 1], motion[i], motion[i + 1]))
+      lookAround(i, positions, motion);
+    const Neighbourhood& around = neighbourhoods_[i];
     const std::array<Vector3, 4> p = {positions[i], positions[i + 1], positions[i] + motion[i],
                                       positions[i + 1] + motion[i + 1]};
-    Aabb box;
-    for (const Vector3& point : p) box.include(point);
-    box.inflate(reach);
-    // All that the segment's points pass is within half of their way of where they are halfway.
-    const double half_way = 0.5 * std::max(motion[i].norm(), motion[i + 1].norm());
-    const Capsule capsule{p[0] + 0.5 * motion[i], p[1] + 0.5 * motion[i + 1], reach + half_way};
-    const double extent = reach + (p[1] - p[0]).norm() + 4 * half_way;
-    faces_.clear();
-    obstacles_->facesNear(box, capsule, faces_);
-    if (faces_.empty()) continue;
-    if (++stamp_ == 0) std::fill(edge_stamp_.begin(), edge_stamp_.end(), 0U), stamp_ = 1;
-    for (const int face : faces_) {
-      const auto& f = faces[static_cast<std::size_t>(face)];
-      const Obstacles::FaceBound& bound = bounds[static_cast<std::size_t>(face)];
-      const Vector3& a = vertices[static_cast<std::size_t>(f.vertices[0])];
-      // A segment that stays wholly on one side of the face's plane, beyond reach, meets neither face nor its
-      // edges. 1e-9 of the distances in play is for the normal's rounding.
-      const double limit = reach + 1e-9 * (extent + 2 * bound.radius);
-      std::array<double, 4> height;
-      for (std::size_t j = 0; j < 4; ++j) height[j] = bound.normal.dot(p[j] - a);
-      const auto [low, high] = std::minmax_element(height.begin(), height.end());
-      if (*low > limit || *high < -limit) continue;
-      const auto node_may_meet = [&](std::size_t from, std::size_t to) {
-        return std::min(height[from], height[to]) <= limit && std::max(height[from], height[to]) >= -limit &&
-               Capsule{p[from], p[to], reach}.meets(bound.center, bound.radius);
-      };
-      if (node_may_meet(0, 2)) candidates_.node_faces.push_back({k, face});
-      if (k + 1 == segments && node_may_meet(1, 3)) candidates_.node_faces.push_back({k + 1, face});
-      for (const int edge : f.edges) {
-        std::uint32_t& stamp = edge_stamp_[static_cast<std::size_t>(edge)];
-        if (stamp == stamp_) continue;
-        stamp = stamp_;
-        const MeshEdge& e = edges[static_cast<std::size_t>(edge)];
-        if (e.flat) continue;
-        const Vector3& ea = vertices[static_cast<std::size_t>(e.a)];
-        const Vector3& eb = vertices[static_cast<std::size_t>(e.b)];
-        if (!capsule.meets(0.5 * (ea + eb), 0.5 * (eb - ea).norm())) continue;
-        candidates_.segment_edges.push_back({k, edge});
-      }
+    for (std::size_t j = around.first_face; j < around.last_face; ++j) {
+      const Candidates::NodeFace& pair = near_.node_faces[j];
+      const std::size_t end = static_cast<std::size_t>(pair.node) - i;
+      if (std::min(pair.plane.heightOf(p[end]), pair.plane.heightOf(p[end + 2])) < reach)
+        candidates_.node_faces.push_back(pair);
+    }
+    for (std::size_t j = around.first_edge; j < around.last_edge; ++j) {
+      const Candidates::SegmentEdge& pair = near_.segment_edges[j];
+      if (std::any_of(p.begin(), p.end(), [&](const Vector3& q) { return pair.plane.heightOf(q) < reach; }))
+        candidates_.segment_edges.push_back(pair);
     }
   }
 }
@@ -101,14 +197,14 @@ double Contacts::freeFraction(const std::vector<Vector3>& positions, const std::
   const auto vertices = obstacles_->vertices();
   const auto vertex = [&](int index) -> const Vector3& { return vertices[static_cast<std::size_t>(index)]; };
   double fraction = self_contact_ ? self_.freeFraction(positions, motion, keep) : 1;
-  for (const auto& [node, face] : candidates_.node_faces) {
+  for (const auto& [node, face, plane] : candidates_.node_faces) {
     const auto i = static_cast<std::size_t>(node);
     const auto& f = obstacles_->faces()[static_cast<std::size_t>(face)];
     fraction = std::min(fraction,
                         freeMotionPointTriangle(positions[i], motion[i], vertex(f.vertices[0]),
                                                 vertex(f.vertices[1]), vertex(f.vertices[2]), radius_, keep));
   }
-  for (const auto& [segment, edge] : candidates_.segment_edges) {
+  for (const auto& [segment, edge, plane] : candidates_.segment_edges) {
     const auto i = static_cast<std::size_t>(segment);
     const MeshEdge& e = obstacles_->edges()[static_cast<std::size_t>(edge)];
     fraction =
@@ -139,9 +235,8 @@ Term& Contacts::termFor(std::uint64_t key, bool& fresh) {
 }
 
 EdgeWeight::EdgeWeight(const MeshEdge& edge, const Vector3& normal) {
-  const double length = edge.wedge.norm();
-  if (length == 0 || length > std::numbers::sqrt2) return;  // faces at a right angle: sqrt(2)
-  const Vector3 into = edge.wedge / length;
+  if (!fadesInValley(edge)) return;
+  const Vector3 into = edge.wedge.normalized();
   const double x = std::max(0.0, -into.dot(normal));
   value = x * x * (3 - 2 * x);
   by_normal = -6 * x * (1 - x) * into;
@@ -211,8 +306,9 @@ bool Contacts::evaluate(const std::vector<Vector3>& positions) {
   const auto vertex = [&](int index) -> const Vector3& { return vertices[static_cast<std::size_t>(index)]; };
   const double reach = radius_ + barrier_.dhat;
 
-  for (const auto& [node, face] : candidates_.node_faces) {
+  for (const auto& [node, face, plane] : candidates_.node_faces) {
     const Vector3& p = positions[static_cast<std::size_t>(node)];
+    if (plane.heightOf(p) >= reach) continue;
     const auto& f = obstacles_->faces()[static_cast<std::size_t>(face)];
     const PointTriangle near =
         closestPointOnTriangle(p, vertex(f.vertices[0]), vertex(f.vertices[1]), vertex(f.vertices[2]));
@@ -261,9 +357,10 @@ bool Contacts::evaluate(const std::vector<Vector3>& positions) {
             .weight_by_turn = Vector3::Zero()};
   }
 
-  for (const auto& [segment, edge] : candidates_.segment_edges) {
+  for (const auto& [segment, edge, plane] : candidates_.segment_edges) {
     const Vector3& p0 = positions[static_cast<std::size_t>(segment)];
     const Vector3& p1 = positions[static_cast<std::size_t>(segment) + 1];
+    if (std::min(plane.heightOf(p0), plane.heightOf(p1)) >= reach) continue;
     const MeshEdge& e = obstacles_->edges()[static_cast<std::size_t>(edge)];
     const Vector3 &a = vertex(e.a), &b = vertex(e.b);
     const SegmentSegment near = closestPointsOfSegments(p0, p1, a, b);

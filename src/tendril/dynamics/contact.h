@@ -3,6 +3,7 @@
 /// Private to dynamics.
 #pragma once
 
+#include <numbers>
 #include <vector>
 
 #include "tendril/dynamics/barrier.h"
@@ -14,16 +15,27 @@
 
 namespace tendril::contact {
 
-/// Rod parts and mesh parts whose swept boxes meet: what can touch before the next query.
+/// A plane with all of a mesh part on it or behind it: a point of the rod is at least as far from the part as
+/// it is high above the plane, and so is a segment whose ends are.
+struct Plane {
+  Vector3 normal = Vector3::Zero(), point = Vector3::Zero();
+  [[nodiscard]] double heightOf(const Vector3& p) const { return normal.dot(p - point); }
+};
+
+/// Pairs of a rod part and a mesh part that can come near each other.
 struct Candidates {
   struct NodeFace {
     int node, face;
+    Plane plane;
   };
   struct SegmentEdge {
     int segment, edge;
+    Plane plane;
   };
   std::vector<NodeFace> node_faces;
   std::vector<SegmentEdge> segment_edges;
+
+  void clear() { node_faces.clear(), segment_edges.clear(); }
 };
 
 /// One active contact: a point of the rod (a node, or a point between two nodes) and a feature of the mesh.
@@ -53,6 +65,10 @@ struct EdgeWeight {
   Vector3 by_normal = Vector3::Zero();
 
   EdgeWeight(const MeshEdge& edge, const Vector3& normal);
+  [[nodiscard]] static bool fadesInValley(const MeshEdge& edge) {
+    const double length = edge.wedge.norm();
+    return length > 0 && length <= std::numbers::sqrt2;  // which it is of faces at a right angle
+  }
 };
 
 /// A lagged friction force: Coulomb with the normal force of the step's start.
@@ -67,6 +83,7 @@ struct FrictionTerm {
 /// Finds and evaluates contacts with obstacles and, if asked, of the rod with itself; keeps its memory.
 class Contacts {
  public:
+  /// Begins a step: what was found before is forgotten.
   void prepare(const Obstacles& obstacles, const RodProperties& rod, const Barrier& barrier);
 
   /// Everything that can come within the radius + dhat while node i moves from positions[i] by motion[i].
@@ -103,6 +120,18 @@ class Contacts {
   [[nodiscard]] Vector3 frictionForce(const FrictionTerm& term, const std::vector<Vector3>& positions) const;
 
  private:
+  /// Where a segment's ends may be, each within `slack_` of a straight line, for these pairs of `near_` to be
+  /// all that can come within reach of it.
+  struct Neighbourhood {
+    std::array<Vector3, 2> from, way;
+    std::size_t first_face, last_face, first_edge, last_edge;
+    bool known = false;
+  };
+  [[nodiscard]] bool staysWithin(const Neighbourhood& around, const Vector3& p0, const Vector3& p1,
+                                 const Vector3& d0, const Vector3& d1) const;
+  void lookAround(std::size_t segment, const std::vector<Vector3>& positions,
+                  const std::vector<Vector3>& motion);
+
   Term& termFor(std::uint64_t key, bool& fresh);
   /// A pair of a segment and a mesh edge with directions u and f, closest at s and t and `apart` there, whose
   /// weight is `fade` but for the edge's own.
@@ -120,7 +149,9 @@ class Contacts {
   Barrier barrier_;
   bool self_contact_ = false;
   SelfContacts self_;
-  Candidates candidates_;
+  std::vector<Neighbourhood> neighbourhoods_;  // of the segments
+  double slack_ = 0;                           // m
+  Candidates near_, candidates_;
   std::vector<Term> terms_;
   std::vector<FrictionTerm> friction_;
   double slip_length_ = 0;  // m, below which friction is smoothed

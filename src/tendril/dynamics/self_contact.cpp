@@ -119,7 +119,14 @@ void SelfContacts::addDerivatives(const std::vector<beam::Node>& nodes, BlockTri
       if (term.weight != 1 || s <= 0 || s >= 1) return;  // a fading pair, or a node: no tilting
       const Vector3 u = direction(element), v = direction(other);
       const Vector3 across = t > 0 && t < 1 ? Vector3(u - u.dot(v) / v.squaredNorm() * v) : u;
-      addTilt(system, nodes, i, -2 * b.slope, term.distance, s, normal, across / across.squaredNorm());
+      const Vector3 dual = across / across.squaredNorm(), tilt = dual.norm() * normal, e = dual.normalized();
+      addTilt(system, nodes, i, -b.slope, term.distance, s, normal, dual);
+      // What the other strand slides by along the tilting one: -2 alpha beta <= d alpha^2 + beta^2/d.
+      const auto j = static_cast<std::size_t>(other);
+      addRankOne(system, i, -b.slope * term.distance, nodes[i].rotation.transpose() * -tilt,
+                 nodes[i + 1].rotation.transpose() * tilt);
+      addRankOne(system, j, -b.slope / term.distance, (1 - t) * (nodes[j].rotation.transpose() * e),
+                 t * (nodes[j + 1].rotation.transpose() * e));
     };
     side(term.i, term.s, term.j, term.t, term.normal, term.weight_by_u);
     side(term.j, term.t, term.i, term.s, -term.normal, term.weight_by_v);

@@ -155,9 +155,15 @@ StepReport stepOnce(const RodModel& model, const std::array<GripperGoal, 2>& goa
 
   StepReport report;
   report.status = StepReport::Status::iteration_limit;
+  for (std::size_t i = 0; i < n; ++i) {
+    w.system.solution[i] << logSO3(w.nodes[i].pose.rotation.conjugate() * w.predicted_rotations[i]),
+        w.nodes[i].rotation.transpose() * w.predicted_motion[i];
+    w.motion[i] = w.predicted_motion[i];
+  }
+  double guess = withinLimits(model, 1, w);
   if (w.has_contacts) {
-    for (Vector3& m : w.motion) m.setZero();
-    w.contacts.findCandidates(w.positions, w.motion);
+    for (std::size_t i = 0; i < n; ++i) w.limited_motion[i] = guess * w.motion[i];
+    w.contacts.findCandidates(w.positions, w.limited_motion);  // the guess's, and so the start's
     if (!w.contacts.evaluate(w.positions)) {
       report.status =
           StepReport::Status::stalled;  // the caller handed over a penetrating state: leave it as it is
@@ -182,12 +188,6 @@ StepReport stepOnce(const RodModel& model, const std::array<GripperGoal, 2>& goa
   // First guess: the motion goes on as it was. It passes the same filter, and is kept only if it lowers the
   // potential and leaves every gap room: an iteration at most doubles a small gap, and a guess that cuts it
   // to a tenth step after step, with few iterations in between, ends within rounding of the surface.
-  for (std::size_t i = 0; i < n; ++i) {
-    w.system.solution[i] << logSO3(w.nodes[i].pose.rotation.conjugate() * w.predicted_rotations[i]),
-        w.nodes[i].rotation.transpose() * w.predicted_motion[i];
-    w.motion[i] = w.predicted_motion[i];
-  }
-  double guess = withinLimits(model, 1, w);
   guess *= freePart(guess, w);
   if (double guessed = 0;
       w.tryFraction(model, guess, guessed) && guessed < energy &&

@@ -52,9 +52,7 @@ struct BoxTree::Builder {
     auto& nodes = static_cast<BoxTree*>(tree)->nodes_;
     constexpr float kNowhere = std::numeric_limits<float>::infinity();
     Node& node = nodes.emplace_back();
-    for (int i = 0; i < 3; ++i)
-      node.min[i] = all(kNowhere), node.max[i] = all(-kNowhere), node.center[i] = all(0);
-    node.radius = all(0);
+    for (int i = 0; i < 3; ++i) node.min[i] = all(kNowhere), node.max[i] = all(-kNowhere);
     for (int& child : node.child) child = -1;
     return pointer(static_cast<int>(nodes.size()) - 1);
   }
@@ -91,15 +89,10 @@ struct BoxTree::Builder {
 
 void BoxTree::setBox(int number, unsigned k, const FloatBox& box) {
   Node& node = this->node(number);
-  float extent2 = 0;
   for (int i = 0; i < 3; ++i) {
     node.min[i][k] = box.min[i], node.max[i][k] = box.max[i];
-    node.center[i][k] = 0.5F * box.min[i] + 0.5F * box.max[i];
-    const float half = std::max(box.max[i] - node.center[i][k], node.center[i][k] - box.min[i]);
-    extent2 += half * half;
     largest_ = std::max({largest_, std::abs(box.min[i]), std::abs(box.max[i])});
   }
-  node.radius[k] = std::sqrt(extent2);
 }
 
 BoxTree::BoxTree(std::span<const Aabb> boxes) {
@@ -150,20 +143,22 @@ void BoxTree::visit(const Aabb& box, const MayMeet& may_meet, std::vector<int>& 
   const Float4 min_x = all(query.min[0]), min_y = all(query.min[1]), min_z = all(query.min[2]);
   const Float4 max_x = all(query.max[0]), max_y = all(query.max[1]), max_z = all(query.max[2]);
 
-  int stack[kStack];
+  int stack[kStack + 1];  // one place more is written to than kept
   std::size_t top = 0;
   stack[top++] = root_;
   while (top > 0) {
-    const Node& node = nodes_[static_cast<std::size_t>(stack[--top])];
+    const int number = stack[--top];
+    if (number < 0) {
+      out.push_back(~number);
+      continue;
+    }
+    const Node& node = nodes_[static_cast<std::size_t>(number)];
     Int4 meets = (node.min[0] <= max_x) & (node.max[0] >= min_x) & (node.min[1] <= max_y) &
                  (node.max[1] >= min_y) & (node.min[2] <= max_z) & (node.max[2] >= min_z);
     meets &= may_meet(node);
-    for (int k = 0; k < static_cast<int>(kBranching); ++k) {
-      if (!meets[k]) continue;
-      if (node.child[k] < 0)
-        out.push_back(~node.child[k]);
-      else
-        stack[top++] = node.child[k];
+    for (int k = 0; k < static_cast<int>(kBranching); ++k) {  // which do is anyone's guess: no branch
+      stack[top] = node.child[k];
+      top += static_cast<std::size_t>(meets[k] & 1);
     }
   }
 }
@@ -187,23 +182,34 @@ void BoxTree::find(const Aabb& box, const Capsule& capsule, std::vector<int>& ou
   }
   const Float4 inverse = all(length2 > std::numeric_limits<float>::min() ? 1 / length2 : 0), zero = all(0),
                one = all(1);
-  // What single precision may lose of a distance: with X the largest coordinate, the roundings of a, b - a
-  // and the differences move points by less than 10 eps X, those of t the foot by less than 16 eps X; and
-  // some of the distance.
+  // With d from the axis' point at t to the box's middle and h half the box's size, the box is |d|^2 - |d| .
+  // h beyond that point in units of 1/|d|, and the axis at most `ahead`. What single precision may lose of
+  // that: with X the largest coordinate, the roundings of a, b - a, the box's middle and size and the
+  // differences move points by less than 20 eps X, products lose a few eps of themselves, and t may be
+  // anything.
   const auto coordinate =
       static_cast<float>(std::max(capsule.a.cwiseAbs().maxCoeff(), capsule.b.cwiseAbs().maxCoeff()));
-  const Float4 reach =
-      all(static_cast<float>(capsule.radius) + 32 * kRounding * std::max(largest_, coordinate));
+  const float reach = static_cast<float>(capsule.radius) + 64 * kRounding * std::max(largest_, coordinate);
+  const Float4 reach2 = all(reach * reach * (1 + 64 * kRounding));
   visit(
       box,
       [&](const Node& node) {
-        const Float4 x = node.center[0] - a[0], y = node.center[1] - a[1], z = node.center[2] - a[2];
-        Float4 t = (x * along[0] + y * along[1] + z * along[2]) * inverse;
+        Float4 d[3];
+        for (int i = 0; i < 3; ++i) d[i] = (0.5F * node.min[i] + 0.5F * node.max[i]) - a[i];
+        Float4 t = (d[0] * along[0] + d[1] * along[1] + d[2] * along[2]) * inverse;
         t = t < zero ? zero : t;
         t = t > one ? one : t;
-        const Float4 dx = x - t * along[0], dy = y - t * along[1], dz = z - t * along[2];
-        const Float4 limit = (reach + node.radius) * (1 + 64 * kRounding);
-        return dx * dx + dy * dy + dz * dz <= limit * limit;
+        Float4 distance2 = zero, depth = zero, slope = zero;
+        for (int i = 0; i < 3; ++i) {
+          d[i] -= t * along[i];
+          distance2 += d[i] * d[i];
+          depth += (d[i] < zero ? -d[i] : d[i]) * (0.5F * node.max[i] - 0.5F * node.min[i]);
+          slope += d[i] * along[i];
+        }
+        const Float4 behind = -t * slope, before = (one - t) * slope;
+        const Float4 ahead = behind > before ? behind : before;
+        const Float4 apart = distance2 - (depth + ahead) * (1 + 64 * kRounding);
+        return ~((apart > zero) & (apart * apart > reach2 * distance2));  // what is no number may meet
       },
       out);
 }

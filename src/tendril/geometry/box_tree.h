@@ -19,7 +19,8 @@ class BoxTree {
 
   /// Appends to `out`, each once, in no order to rely on, every item whose box meets `box`.
   void find(const Aabb& box, std::vector<int>& out) const;
-  /// The same for those whose box may come near the capsule, too: balls around the boxes do.
+  /// The same for those whose box may come near the capsule, too: no plane across the way from its axis to
+  /// the box's middle lies between them.
   void find(const Aabb& box, const Capsule& capsule, std::vector<int>& out) const;
 
  private:
@@ -28,13 +29,11 @@ class BoxTree {
   struct FloatBox {
     float min[3], max[3];
   };
-  /// Three cache lines: the boxes of four children, and what they are: the number of a node, or ~i for item
-  /// i.
+  /// Two cache lines: the boxes of four children, and what they are: the number of a node, or ~i for item i.
   struct alignas(64) Node {
     Float4 min[3],
         max[3];  // one coordinate of the four children; children that do not exist have an empty box
     int child[4];
-    Float4 center[3], radius;  // balls around the boxes
   };
   template <class MayMeet>
   void visit(const Aabb& box, const MayMeet& may_meet, std::vector<int>& out) const;

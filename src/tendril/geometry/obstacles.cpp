@@ -45,6 +45,41 @@ struct EdgeUse {
 /// |wedge| below which two faces count as coplanar: the sine of the angle between them.
 constexpr double kFlat = 1e-7;
 
+/// What is asked of many triangles: whether they may come near a capsule.
+class NearCapsule {
+ public:
+  explicit NearCapsule(const Capsule& capsule)
+      : a_(capsule.a), along_(capsule.b - capsule.a), radius_(capsule.radius) {
+    const double length2 = along_.squaredNorm();
+    length_ = std::sqrt(length2);
+    inverse_ = length2 > std::numeric_limits<double>::min() ? 1 / length2 : 0;
+  }
+
+  /// False if a plane across the way d from the axis to the middle of the triangle lies between the two; true
+  /// where they are apart by no more than rounding. `corner(k)` is asked for where the ball around it does
+  /// not settle it.
+  template <class Corner>
+  [[nodiscard]] bool mayMeet(const Obstacles::FaceBound& bound, const Corner& corner) const {
+    const Vector3 from_a = bound.center - a_;
+    const double t = std::clamp(from_a.dot(along_) * inverse_, 0.0, 1.0);
+    const Vector3 foot = a_ + t * along_, d = bound.center - foot;
+    const double reach =
+        radius_ + 1e-12 * (radius_ + bound.radius + length_) + 1e-14 * bound.center.cwiseAbs().maxCoeff();
+    const double distance2 = d.squaredNorm(), slope = d.dot(along_);
+    const double ahead = std::max(-t * slope, (1 - t) * slope);  // the axis beyond its foot, in 1/|d|
+    const auto beyond = [&](double height) {
+      return height > 0 && height * height > reach * reach * distance2;
+    };
+    if (beyond(distance2 - std::sqrt(distance2) * bound.radius - ahead)) return false;
+    return !beyond(std::min({d.dot(corner(0) - foot), d.dot(corner(1) - foot), d.dot(corner(2) - foot)}) -
+                   ahead);
+  }
+
+ private:
+  Vector3 a_, along_;
+  double radius_, length_, inverse_;
+};
+
 }  // namespace
 
 struct Obstacles::Data {
@@ -164,10 +199,13 @@ void Obstacles::facesNear(const Aabb& box, std::vector<int>& out) const {
 void Obstacles::facesNear(const Aabb& box, const Capsule& capsule, std::vector<int>& out) const {
   const auto first = static_cast<std::ptrdiff_t>(out.size());
   data_->tree.find(box, capsule, out);
+  const NearCapsule near(capsule);
   out.erase(std::remove_if(out.begin() + first, out.end(),
-                           [&](int face) {
-                             const FaceBound& bound = data_->face_bounds[static_cast<std::size_t>(face)];
-                             return !capsule.meets(bound.center, bound.radius);
+                           [&](int number) {
+                             const auto f = static_cast<std::size_t>(number);
+                             return !near.mayMeet(data_->face_bounds[f], [&](int k) -> const Vector3& {
+                               return data_->corner(data_->faces[f], k);
+                             });
                            }),
             out.end());
   std::sort(out.begin() + first, out.end());
