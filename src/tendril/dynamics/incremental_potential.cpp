@@ -160,10 +160,9 @@ double RodWorkspace::Impl::smoothEnergy(const RodModel& model, const std::vector
   for (std::size_t k = 0; k + 1 < at.size(); ++k) {
     sum += state.energies[k];
     const Vector3 e = at[k + 1].pose.position - at[k].pose.position;
-    if (guard.acts(e)) sum += 0.5 * guard.stiffness * std::pow(guard.excess(e.norm()), 2);
+    if (guard.acts(e)) sum += guard(e.norm()).energy;
     const Vector3 turn = state.turn(k);
-    if (turn_guard.acts(turn))
-      sum += 0.5 * turn_guard.stiffness * std::pow(turn_guard.excess(turn.norm()), 2);
+    if (turn_guard.acts(turn)) sum += turn_guard(turn.norm()).energy;
   }
   for (std::size_t i = 0; i < at.size(); ++i) {
     const double m = masses[i];
@@ -198,23 +197,25 @@ void RodWorkspace::Impl::addSmoothTerms(const RodModel& model) {
   for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
     if (const Vector3 turn = elements.turn(k); turn_guard.acts(turn)) {
       // The axis is the same for both nodes, and the angle grows as they turn about it.
-      const double angle = turn.norm(), push = turn_guard.stiffness * turn_guard.excess(angle);
+      const double angle = turn.norm();
+      const Guard::Value f = turn_guard(angle);
       const Vector3 axis = turn / angle;
-      const Matrix3 block = turn_guard.stiffness * axis * axis.transpose();
-      system.rhs(k).head<3>() += push * axis;
-      system.rhs(k + 1).head<3>() -= push * axis;
+      const Matrix3 block = f.curvature * axis * axis.transpose();
+      system.rhs(k).head<3>() += f.slope * axis;
+      system.rhs(k + 1).head<3>() -= f.slope * axis;
       system.diagonal(k).topLeftCorner<3, 3>() += block;
       system.diagonal(k + 1).topLeftCorner<3, 3>() += block;
       system.upper(k).topLeftCorner<3, 3>() -= block;
     }
     const Vector3 e = nodes[k + 1].pose.position - nodes[k].pose.position;
     if (!guard.acts(e)) continue;
-    const double length = e.norm(), push = guard.stiffness * guard.excess(length);
+    const double length = e.norm();
+    const Guard::Value f = guard(length);
     const Vector3 n0 = nodes[k].rotation.transpose() * e / length;
     const Vector3 n1 = nodes[k + 1].rotation.transpose() * e / length;
-    system.rhs(k).tail<3>() += push * n0;
-    system.rhs(k + 1).tail<3>() -= push * n1;
-    addRankOne(system, k, guard.stiffness, -n0, n1);
+    system.rhs(k).tail<3>() += f.slope * n0;
+    system.rhs(k + 1).tail<3>() -= f.slope * n1;
+    addRankOne(system, k, f.curvature, -n0, n1);
   }
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const Matrix3& r = nodes[i].rotation;

@@ -43,16 +43,18 @@ void measureElements(const RodModel& model, RodWorkspace::Impl& w, Quantities& q
     q.bending += std::max(0.0, elastic.energies[k] - energy[0] - energy[3] - energy[4] - energy[5]);
 
     if (const Vector3 turn = w.elements.turn(k); turn_guard.acts(turn)) {
-      const double angle = turn.norm(), excess = turn_guard.excess(angle);
-      q.internal_moment[k] += turn_guard.stiffness * excess / angle * turn;
-      q.bending += 0.5 * turn_guard.stiffness * excess * excess;
+      const double angle = turn.norm();
+      const Guard::Value g = turn_guard(angle);
+      q.internal_moment[k] += g.slope / angle * turn;
+      q.bending += g.energy;
     }
     const Vector3 e = w.positions[k + 1] - w.positions[k];
     if (guard.acts(e)) {
-      const double length = e.norm(), excess = guard.excess(length);
+      const double length = e.norm();
+      const Guard::Value g = guard(length);
       const Quaternion middle = w.nodes[k].pose.rotation * expSO3(0.5 * h * q.curvature[k]);
-      q.internal_force[k] += guard.stiffness * excess / length * (middle.conjugate() * e);
-      q.stretch += 0.5 * guard.stiffness * excess * excess;
+      q.internal_force[k] += g.slope / length * (middle.conjugate() * e);
+      q.stretch += g.energy;
     }
 
     // The element's centreline, p' = R v and R' = R kappa^, has the curvature |kappa x v|/|v|^2.

@@ -13,8 +13,6 @@ constexpr double kKeptGap = 0.1;             // fraction of every gap a Newton s
 constexpr double kGuessLeastGap =
     0.1;                              // of dhat: where the first guess leaves less, Newton starts without it
 constexpr double kLeastReach = 0.02;  // of the contact distance, in narrow passages
-constexpr double kMostTurn = 2.8;     // rad, of an element
-constexpr double kLeastStretch = 0.81, kMostStretch = 1.24;  // of an element, along every straight motion
 
 /// The smallest length, over t in [0, 1], of a vector that moves from e by t d.
 double leastLength(const Vector3& e, const Vector3& d) {

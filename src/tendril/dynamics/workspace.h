@@ -124,37 +124,65 @@ struct Newmark {
   return simulation.scheme == Scheme::second_order && simulation.inertia;
 }
 
-/// Keeps an element's length l away from where a motion may not take it: g EA/(2h) (l - a h)^2 beyond a h.
+/// The limits of an element, which no motion crosses: its length over h, at every moment, and its turn from
+/// node to node [rad], where the logarithm still is far from its jump.
+inline constexpr double kLeastStretch = 0.81, kMostStretch = 1.24, kMostTurn = 2.8;
+
+/// The potential that keeps a quantity from a limit, by how far it is beyond where the guard begins: K e^2/2 /
+/// (1 - e/reach), a spring of stiffness K at first and a barrier toward the limit, e = reach. From kSteepest
+/// of the reach on its parabola goes on, so that what begins beyond has an energy, too.
+struct Guard {
+  static constexpr double kSteepest = 0.99;
+  double stiffness, reach;
+
+  struct Value {
+    double energy, slope, curvature;  // by e
+  };
+  [[nodiscard]] Value operator()(double e) const {
+    const double x = std::min(e / reach, kSteepest), left = 1 - x, beyond = e - x * reach;
+    const double curvature = stiffness / (left * left * left);
+    const double slope = 0.5 * stiffness * reach * (1 / (left * left) - 1);
+    const double energy = 0.5 * stiffness * reach * reach * x * x / left;
+    return {energy + (slope + 0.5 * curvature * beyond) * beyond, slope + curvature * beyond, curvature};
+  }
+};
+
+/// Keeps an element's length l from the limits of a motion.
 struct LengthGuard {
   static constexpr double kShortest = 0.88, kLongest = 1.15;  // of h: at ease between
-  static constexpr double kStiffness = 10;                    // g
-  double stiffness, shortest, longest;
+  static constexpr double kStiffness = 10;                    // of EA/h
+  double shortest, longest;
+  Guard below, above;
 
   LengthGuard(double h, double ea)
-      : stiffness(kStiffness * ea / h), shortest(kShortest * h), longest(kLongest * h) {}
+      : shortest(kShortest * h),
+        longest(kLongest * h),
+        below{kStiffness * ea / h, (kShortest - kLeastStretch) * h},
+        above{kStiffness * ea / h, (kMostStretch - kLongest) * h} {}
 
   [[nodiscard]] bool acts(const Vector3& e) const {
     const double l2 = e.squaredNorm();
     return l2 > longest * longest || l2 < shortest * shortest;
   }
-  /// How far beyond, with its sign [m].
-  [[nodiscard]] double excess(double length) const {
-    return length > longest ? length - longest : length - shortest;
+  /// By the length, of one where it acts.
+  [[nodiscard]] Guard::Value operator()(double length) const {
+    if (length > longest) return above(length - longest);
+    const Guard::Value short_by = below(shortest - length);
+    return {short_by.energy, -short_by.slope, short_by.curvature};
   }
 };
 
-/// Keeps an element's turn, of the angle a from node to node, from half a turn, where its logarithm jumps: g
-/// c/(2h) (a - a_0)^2 beyond a_0, c the largest of its stiffnesses against bending and twist.
+/// Keeps an element's turn, of the angle a from node to node, from its limit.
 struct TurnGuard {
-  static constexpr double kLargest = 2.2;   // a_0, rad
-  static constexpr double kStiffness = 10;  // g
-  double stiffness;
+  static constexpr double kLargest = 2.2;   // rad: at ease below
+  static constexpr double kStiffness = 10;  // of c/h, c the largest of its stiffnesses against bending and twist
+  Guard guard;
 
-  TurnGuard(double h, double c) : stiffness(kStiffness * c / h) {}
+  TurnGuard(double h, double c) : guard{kStiffness * c / h, kMostTurn - kLargest} {}
 
   [[nodiscard]] static bool acts(const Vector3& turn) { return turn.squaredNorm() > kLargest * kLargest; }
-  /// How far beyond [rad].
-  [[nodiscard]] static double excess(double angle) { return angle - kLargest; }
+  /// By the angle, of one where it acts.
+  [[nodiscard]] Guard::Value operator()(double angle) const { return guard(angle - kLargest); }
 };
 
 /// The barrier that reaches so far [m]: a gap of half of that holds 0.3 times the largest force of a gripper.
