@@ -46,7 +46,11 @@ struct Tally {
   // Stalled steps: where the start's gap is within rounding; with an element that turns by half a turn; in
   // balance, the force left over being below 1e-3 of the gripper's; that moved; none of these.
   std::int64_t at_rounding = 0, balanced = 0, stalled_moving = 0, stalled = 0;
-  std::int64_t half_turns = 0, held_up = 0, at_limits = 0, jams = 0;
+  std::int64_t half_turns = 0;
+  // Windows in which a gripper should have moved and the rod did not: held up; at an element's limits;
+  // pressed to gaps within rounding; with all steps converged; cut short, where uncut steps converge; none of
+  // these.
+  std::int64_t held_up = 0, at_limits = 0, rounded = 0, at_rest = 0, cut_short = 0, jams = 0;
   std::array<std::int64_t, 9> iterations{};                    // 0, 1, 2, 3, 4-5, 6-10, 11-30, 31-100, more
   double least_gap = std::numeric_limits<double>::infinity();  // over r
   double step_s = 0, check_s = 0;
@@ -58,7 +62,8 @@ struct Tally {
     other_claims += o.other_claims;
     at_rounding += o.at_rounding, stalled_moving += o.stalled_moving, balanced += o.balanced;
     stalled += o.stalled, half_turns += o.half_turns;
-    held_up += o.held_up, at_limits += o.at_limits, jams += o.jams;
+    held_up += o.held_up, at_limits += o.at_limits, rounded += o.rounded, at_rest += o.at_rest;
+    cut_short += o.cut_short, jams += o.jams;
     for (std::size_t i = 0; i < iterations.size(); ++i) iterations[i] += o.iterations[i];
     least_gap = std::min(least_gap, o.least_gap);
     step_s += o.step_s, check_s += o.check_s;
@@ -160,13 +165,13 @@ std::optional<Episode> makeEpisode(Random& random) {
   return {};
 }
 
-/// The smallest gap of any state of the motion: distance of centreline and mesh, less r, by the
+/// The smallest gap of any of the shapes: distance of centreline and mesh, less r, by the
 /// verification's own search and distances; `limit` [m] is what is looked for.
-double leastGap(const Trajectory& motion, const RodProperties& rod, const verification::FaceTree& tree,
-                double limit) {
+double leastGap(std::span<const RodShape> shapes, const RodProperties& rod,
+                const verification::FaceTree& tree, double limit) {
   std::vector<const verification::Face*> near;
   double least = limit;
-  for (const RodShape& shape : motion.shapes)
+  for (const RodShape& shape : shapes)
     for (std::size_t i = 0; i + 1 < shape.size(); ++i) {
       const Vector3 &a = shape[i].position, &b = shape[i + 1].position;
       verification::Bounds box;
@@ -221,10 +226,10 @@ bool atStretchLimit(const RodShape& shape, double h) {
   return false;
 }
 
-/// Whether an element turns by about half a turn or more, where its logarithm jumps.
+/// Whether an element turns by about as much as it may.
 bool atHalfTurn(const RodShape& shape) {
   for (std::size_t i = 0; i + 1 < shape.size(); ++i)
-    if (angleBetween(shape[i].rotation, shape[i + 1].rotation) > 2.9) return true;
+    if (angleBetween(shape[i].rotation, shape[i + 1].rotation) > 2.79) return true;
   return false;
 }
 
@@ -235,20 +240,33 @@ double forceLeft(const RodModel& model, RodWorkspace& workspace) {
   return force / model.grippers.max_force;
 }
 
-/// Whether a gripper that stood still for 12 steps should not have: with every step solved to the end, the
-/// same 12 steps take some node a tenth of what the gripper may go, or leave more than 1 % of its force
-/// without balance. (A straight rod that is pressed along itself stands still, too, until rounding has grown
-/// to a buckle.)
-bool shouldMove(const RodModel& model, const Control& control, RodState state) {
+enum class Standstill { held_up, converging, otherwise };
+
+/// Why a gripper stood still for 12 steps, by the same steps solved to the end: held up if no node goes a
+/// tenth of what the gripper may and what is left over is below 1 % of its force (a straight rod that is
+/// pressed along itself stands still until rounding has grown to a buckle); else whether all of them
+/// converge.
+Standstill whyStill(const RodModel& model, const Control& control, RodState state) {
   RodModel exact = model;
   exact.newton = {300, 1e-8};
   RodWorkspace workspace;
   ControlRunner runner(exact, control, state);
   const RodShape before = state.nodes;
-  for (int k = 0; k < 12; ++k) runner.advance(state, workspace);
-  return maxNodeDistance(before, state.nodes) >
-             0.1 * 12 * model.grippers.max_speed * model.simulation.time_step ||
-         forceLeft(exact, workspace) > 0.01;
+  bool converged = true;
+  for (int k = 0; k < 12; ++k)
+    converged = runner.advance(state, workspace).status == StepReport::Status::converged && converged;
+  const double travel = model.grippers.max_speed * model.simulation.time_step;
+  if (maxNodeDistance(before, state.nodes) <= 0.1 * 12 * travel && forceLeft(exact, workspace) <= 0.01)
+    return Standstill::held_up;
+  return converged ? Standstill::converging : Standstill::otherwise;
+}
+
+/// The largest coordinate of mesh and rod [m].
+double largestCoordinate(const TriangleMesh& mesh, const RodShape& shape) {
+  double largest = 0;
+  for (const Vector3& v : mesh.vertices) largest = std::max(largest, v.cwiseAbs().maxCoeff());
+  for (const Pose& q : shape) largest = std::max(largest, q.position.cwiseAbs().maxCoeff());
+  return largest;
 }
 
 /// Runs one episode. `tell` prints what is remarkable.
@@ -267,6 +285,7 @@ Tally runEpisode(const Episode& e, Random& random, std::uint64_t number, bool te
       fmt::print("episode {} ({}, {}) step {}: {}\n", number, kWorldNames[static_cast<std::size_t>(e.kind)],
                  kPlaceNames[e.place], recorder.steps(), what);
   };
+  const verification::FaceTree tree = treeOf(e.mesh);
   double clock = secondsOf(CLOCK_THREAD_CPUTIME_ID);
   std::int64_t remarks = 0;
   bool finite = true;
@@ -277,6 +296,7 @@ Tally runEpisode(const Episode& e, Random& random, std::uint64_t number, bool te
     ControlRunner runner(model, control, state);
     RodState window = state;
     int window_steps = 0;
+    bool window_converged = true;
     for (int k = 0; k < steps && finite; ++k) {
       const RodShape before = state.nodes;
       const StepReport report = recorder.advance(runner, control, state, workspace);
@@ -313,22 +333,34 @@ Tally runEpisode(const Episode& e, Random& random, std::uint64_t number, bool te
       const double way =
           control.moving ? (control.target.position - endPose(state.nodes, *control.moving).position).norm()
                          : 0;
+      window_converged = window_converged && report.status == StepReport::Status::converged;
       if (++window_steps == 12) {
         const double gone = maxNodeDistance(window.nodes, state.nodes);
         if (way > 0.1 * length + 12 * travel && gone < 1e-3 * 12 * travel) {
-          if (!shouldMove(model, control, window)) {
-            ++tally.held_up;
-          } else if (atStretchLimit(state.nodes, model.rod.elementLength()) || atHalfTurn(state.nodes)) {
-            ++tally.at_limits;
+          const Standstill why = whyStill(model, control, window);
+          // Collision detection takes 64 eps of the coordinates of either body for nothing.
+          const double rounding =
+              128 * std::numeric_limits<double>::epsilon() * largestCoordinate(e.mesh, state.nodes);
+          const auto told = [&](std::int64_t& count, const char* what) {
+            ++count;
             if (++remarks < 30)
-              remark(fmt::format("at the limits of an element: {} contacts", report.contacts));
-          } else {
-            ++tally.jams;
-            remark(fmt::format("jammed: {} contacts, status {}, moved {:.2g} of the way", report.contacts,
-                               static_cast<int>(report.status), gone / (12 * travel)));
-          }
+              remark(fmt::format("{}: {} contacts, status {}, moved {:.2g} of the way", what, report.contacts,
+                                 static_cast<int>(report.status), gone / (12 * travel)));
+          };
+          if (why == Standstill::held_up)
+            ++tally.held_up;
+          else if (atStretchLimit(state.nodes, model.rod.elementLength()) || atHalfTurn(state.nodes))
+            told(tally.at_limits, "at the limits of an element");
+          else if (leastGap(std::span(&state.nodes, 1), model.rod, tree, 4 * rounding) < 4 * rounding)
+            told(tally.rounded, "pressed to within rounding");
+          else if (window_converged)
+            told(tally.at_rest, "all steps converged");
+          else if (e.newton == 0 && why == Standstill::converging)
+            told(tally.cut_short, "cut short");
+          else
+            told(tally.jams, "jammed");
         }
-        window = state, window_steps = 0;
+        window = state, window_steps = 0, window_converged = true;
       }
     }
   }
@@ -338,7 +370,6 @@ Tally runEpisode(const Episode& e, Random& random, std::uint64_t number, bool te
   clock = secondsOf(CLOCK_THREAD_CPUTIME_ID);
   Trajectory motion = recorder.take();
   tally.motions = std::ssize(motion.shapes) - 1;
-  const verification::FaceTree tree = treeOf(e.mesh);
   // The required distance is the radius less 1e-8 L.
   std::vector<verification::Clearance> results = {
       verification::checkClearance(motion, model.rod, tree, {"mesh"})};
@@ -355,7 +386,8 @@ Tally runEpisode(const Episode& e, Random& random, std::uint64_t number, bool te
       ++tally.other_claims;
       remark(check.name + ": " + check.message);
     }
-  tally.least_gap = leastGap(motion, model.rod, tree, model.simulation.contact_distance) / model.rod.radius;
+  tally.least_gap =
+      leastGap(motion.shapes, model.rod, tree, model.simulation.contact_distance) / model.rod.radius;
   tally.check_s += secondsOf(CLOCK_THREAD_CPUTIME_ID) - clock;
   return tally;
 }
@@ -376,20 +408,23 @@ Numbered run(std::uint64_t seed, std::uint64_t number, bool tell) {
 
 void printHeader() {
   fmt::print(
-      "{:<13}{:>9}{:>10}{:>10}{:>10}{:>8}{:>8}{:>6}{:>6}{:>9}{:>6}{:>8}{:>8}{:>8}{:>8}{:>8}{:>6}{:>10}{:>7}{:"
-      ">7}\n",
+      "{:<13}{:>9}{:>10}{:>10}{:>10}{:>8}{:>8}{:>6}{:>6}{:>9}{:>6}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>6}{:>"
+      "6}"
+      "{:>10}{:>7}{:>7}\n",
       "", "episodes", "steps", "contact", "motions", "penetr.", "undec.", "NaN", "other", "rounding", "half",
-      "balance", "moving", "stalled", "held up", "limits", "jams", "gap/r", "us/st", "us/ck");
+      "balance", "moving", "stalled", "held up", "limits", "rounded", "at rest", "cut", "jams", "gap/r",
+      "us/st", "us/ck");
 }
 void print(const char* name, const Tally& t) {
   const double steps = static_cast<double>(std::max<std::int64_t>(t.steps, 1));
   fmt::print(
-      "{:<13}{:>9}{:>10}{:>10}{:>10}{:>8}{:>8}{:>6}{:>6}{:>9}{:>6}{:>8}{:>8}{:>8}{:>8}{:>8}{:>6}{:>10.2g}{:>"
-      "7.0f}{:>7."
-      "0f}\n",
+      "{:<13}{:>9}{:>10}{:>10}{:>10}{:>8}{:>8}{:>6}{:>6}{:>9}{:>6}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>6}{:>"
+      "6}"
+      "{:>10.2g}{:>7.0f}{:>7.0f}\n",
       name, t.episodes, t.steps, t.contact_steps, t.motions, t.penetrations, t.undecided, t.not_finite,
       t.other_claims, t.at_rounding, t.half_turns, t.balanced, t.stalled_moving, t.stalled, t.held_up,
-      t.at_limits, t.jams, t.least_gap, 1e6 * t.step_s / steps, 1e6 * t.check_s / steps);
+      t.at_limits, t.rounded, t.at_rest, t.cut_short, t.jams, t.least_gap, 1e6 * t.step_s / steps,
+      1e6 * t.check_s / steps);
 }
 
 int runSoak(std::int64_t contact_steps, std::uint64_t seed, int threads) {

@@ -61,6 +61,37 @@ TEST(Passage, RodTwistedByMoreThanHalfATurnAnElementNeverStalls) {
   EXPECT_LT(most, 2.9);
 }
 
+TEST(Passage, RodWoundUpWithAnyTorqueUnwindsAgain) {
+  // No element may turn by more than 2.8 rad; a rod that is held there by force must not be stuck there
+  // after.
+  for (const double torque : {5, 20, 200}) {
+    Scenario s = scenes::rodScenario(5e7, 8);
+    s.grippers.max_torque = torque * s.rod.c[0] / s.rod.elementLength();
+    s.grippers.max_turn = 20;
+    const Obstacles nothing = scenes::nothing();
+    const RodModel model(s, nothing);
+    const RodShape start = scenes::straight({}, 1, 8);
+    RodState state = RodState::atRest(start);
+    RodWorkspace workspace;
+    double most = 0, turned = 0, farthest = 0;
+    for (int k = 0; k < 300; ++k) {
+      const Quaternion before = state.nodes.back().rotation;
+      const double way = k < 150 ? 0.2 : -0.2;
+      std::array<GripperGoal, 2> goals;
+      goals[0] = {true, false, start.front()};
+      goals[1] = {true, true, {before * expSO3({way, 0, 0}), start.back().position}};
+      EXPECT_NE(step(model, goals, state, workspace).status, StepReport::Status::stalled) << k;
+      turned += logSO3(before.conjugate() * state.nodes.back().rotation).x();
+      farthest = std::max(farthest, turned);
+      for (std::size_t i = 0; i + 1 < state.nodes.size(); ++i)
+        most = std::max(most, angleBetween(state.nodes[i].rotation, state.nodes[i + 1].rotation));
+    }
+    EXPECT_GT(most, 2.3) << torque;
+    EXPECT_LT(most, 2.8 + 1e-9) << torque;
+    EXPECT_LT(turned, 0.5 * farthest) << torque;
+  }
+}
+
 TEST(Passage, OneIterationAStepDoesNotWearTheGapsDownToRounding) {
   // A rod thrown at a wall and dragged along it, every step cut short after one iteration.
   Scenario s = scenes::rodScenario(5e6, 20);

@@ -10,6 +10,10 @@ namespace {
 
 constexpr double kLargestNodeMotion = 0.24;  // of L, along one straight motion
 constexpr double kKeptGap = 0.1;             // fraction of every gap a Newton step must leave
+// Where gaps are worn below this part of dhat and the filter leaves less than this part of a step, shorter
+// steps are looked for, so many times, each to be cut to about this.
+constexpr double kWornGap = 0.01, kTooLittle = 0.1, kRoomToGrow = 4;
+constexpr int kShorterSteps = 3;
 constexpr double kGuessLeastGap =
     0.1;                              // of dhat: where the first guess leaves less, Newton starts without it
 constexpr double kLeastReach = 0.02;  // of the contact distance, in narrow passages
@@ -129,8 +133,10 @@ double withinLimits(const RodModel& model, double fraction, const RodWorkspace::
   while (fraction > 1e-9 && !(motionKeepsLimits(w.positions, w.motion, fraction, h, model.rod.length) &&
                               w.turnsKeepBelow(kMostTurn, fraction)))
     fraction *= 0.5;
-  for (int halvings = 0; halvings < 8 && !w.gripsKeepSpeed(model, fraction); ++halvings) fraction *= 0.5;
-  return fraction;
+  double slower = fraction;
+  for (int halvings = 0; halvings < 8; ++halvings, slower *= 0.5)
+    if (w.gripsKeepSpeed(model, slower)) return slower;
+  return fraction;  // the rod overpowers its gripper
 }
 
 /// The largest part, in [0, 1], of `fraction` of w.motion that keeps a tenth of every gap, and half of what
@@ -143,13 +149,66 @@ double freePart(double fraction, RodWorkspace::Impl& w) {
   return w.contacts.freeFraction(w.positions, w.limited_motion, {kKeptGap, w.contacts.barrier().dhat});
 }
 
+/// A way toward the minimum, in w.system.solution and w.motion.
+struct Direction {
+  bool found = false;
+  double slope = 0;    // of the potential along it
+  double size = 0;     // rad, L: the largest of any node
+  double travel2 = 0;  // m^2: of all nodes together, squared
+  bool shortened = false;
+};
+
+/// Newton's direction for the potential and `stiffness` [N/m] times half of every node's squared travel.
+/// Leaves the potential's gradient in w.gradient. Not found if the second derivatives are not positive
+/// definite.
+Direction newtonDirection(const RodModel& model, double stiffness, RodWorkspace::Impl& w) {
+  const std::size_t n = w.nodes.size();
+  const auto solve = [&](bool geometric) {
+    w.assemble(model, geometric);
+    for (std::size_t i = 0; i < n; ++i) {
+      w.gradient[i] = -w.system.rhs(i);
+      w.system.diagonal(i).diagonal().tail<3>().array() += stiffness;
+    }
+    return w.system.solve();
+  };
+  Direction d;
+  if (!solve(true) && !solve(false)) return d;
+  d.found = true;
+  for (std::size_t i = 0; i < n; ++i) {
+    d.slope += w.gradient[i].dot(w.system.solution[i]);
+    w.motion[i] = w.nodes[i].rotation * w.system.solution[i].tail<3>();
+    d.travel2 += w.motion[i].squaredNorm();
+    d.size = std::max({d.size, w.system.solution[i].head<3>().norm(), w.motion[i].norm() / model.rod.length});
+  }
+  return d;
+}
+
+/// A direction, and how much of it the filter leaves. Where the rod is pressed to worn gaps, barriers push
+/// with great force, and a soft mode that gets a little of it is what the filter sees: it cuts the opening of
+/// the gaps together with that. A stiffness against all travel holds the soft modes and leaves the stiff
+/// ones.
+Direction filteredDirection(const RodModel& model, RodWorkspace::Impl& w, double& fraction) {
+  const bool worn = w.has_contacts && w.contacts.leastGap() < kWornGap * w.contacts.barrier().dhat;
+  double stiffness = 0;
+  for (int shorter = 0;; ++shorter) {
+    Direction d = newtonDirection(model, stiffness, w);
+    if (!d.found) return d;
+    d.shortened = shorter > 0;
+    fraction = withinLimits(model, std::min(1.0, 1.0 / d.size), w);
+    const double free = freePart(fraction, w);
+    fraction *= free;
+    if (!worn || free >= kTooLittle || !(free > 0) || shorter == kShorterSteps) return d;
+    stiffness -= d.slope / (d.travel2 * kRoomToGrow * free);  // -slope/travel2 is that of the mode
+  }
+}
+
 /// A step of the model's time step.
 StepReport stepOnce(const RodModel& model, const std::array<GripperGoal, 2>& goals, RodState& state,
                     RodWorkspace& workspace, bool record_way_points) {
   RodWorkspace::Impl& w = workspace.impl();
   w.prepare(model, goals, state);
   const std::size_t n = w.nodes.size();
-  const double length = model.rod.length, dt = model.simulation.time_step;
+  const double dt = model.simulation.time_step;
 
   StepReport report;
   report.status = StepReport::Status::iteration_limit;
@@ -198,26 +257,14 @@ StepReport stepOnce(const RodModel& model, const std::array<GripperGoal, 2>& goa
 
   while (report.iterations < model.newton.max_iterations) {
     ++report.iterations;
-    w.assemble(model, true);
-    for (std::size_t i = 0; i < n; ++i) w.gradient[i] = -w.system.rhs(i);
-    if (!w.system.solve()) {
-      w.assemble(model, false);
-      if (!w.system.solve()) {
-        report.status = StepReport::Status::stalled;
-        break;
-      }
+    double fraction = 0;
+    const Direction direction = filteredDirection(model, w, fraction);
+    if (!direction.found) {
+      report.status = StepReport::Status::stalled;
+      break;
     }
-    double slope = 0, size = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      slope += w.gradient[i].dot(w.system.solution[i]);
-      w.motion[i] = w.nodes[i].rotation * w.system.solution[i].tail<3>();
-      size = std::max({size, w.system.solution[i].head<3>().norm(), w.motion[i].norm() / length});
-    }
-
-    // The filter and the line search (Armijo).
-    double fraction = withinLimits(model, std::min(1.0, 1.0 / size), w);
-    fraction *= freePart(fraction, w);
-    const bool whole = fraction == 1;
+    const double slope = direction.slope;
+    const bool whole = fraction == 1 && !direction.shortened;
     bool accepted = false;
     double trial_energy = 0;
     for (int halvings = 0; halvings < 20; ++halvings, fraction *= 0.5)
@@ -227,13 +274,14 @@ StepReport stepOnce(const RodModel& model, const std::array<GripperGoal, 2>& goa
         break;
       }
     if (!accepted) {
-      report.status =
-          size < 10 * model.newton.tolerance ? StepReport::Status::converged : StepReport::Status::stalled;
+      report.status = !direction.shortened && direction.size < 10 * model.newton.tolerance
+                          ? StepReport::Status::converged
+                          : StepReport::Status::stalled;
       break;
     }
     energy = trial_energy;
     w.acceptTrial(record_way_points);
-    if (whole && size < model.newton.tolerance) {
+    if (whole && direction.size < model.newton.tolerance) {
       report.status = StepReport::Status::converged;
       break;
     }

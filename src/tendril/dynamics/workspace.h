@@ -128,9 +128,9 @@ struct Newmark {
 /// node to node [rad], where the logarithm still is far from its jump.
 inline constexpr double kLeastStretch = 0.81, kMostStretch = 1.24, kMostTurn = 2.8;
 
-/// The potential that keeps a quantity from a limit, by how far it is beyond where the guard begins: K e^2/2 /
-/// (1 - e/reach), a spring of stiffness K at first and a barrier toward the limit, e = reach. From kSteepest
-/// of the reach on its parabola goes on, so that what begins beyond has an energy, too.
+/// The potential that keeps a quantity from a limit, by how far it is beyond where the guard begins: K e^2/2
+/// / (1 - e/reach), a spring of stiffness K at first and a barrier toward the limit, e = reach. From
+/// kSteepest of the reach on its parabola goes on, so that what begins beyond has an energy, too.
 struct Guard {
   static constexpr double kSteepest = 0.99;
   double stiffness, reach;
@@ -174,8 +174,9 @@ struct LengthGuard {
 
 /// Keeps an element's turn, of the angle a from node to node, from its limit.
 struct TurnGuard {
-  static constexpr double kLargest = 2.2;   // rad: at ease below
-  static constexpr double kStiffness = 10;  // of c/h, c the largest of its stiffnesses against bending and twist
+  static constexpr double kLargest = 2.2;  // rad: at ease below
+  static constexpr double kStiffness =
+      10;  // of c/h, c the largest of its stiffnesses against bending and twist
   Guard guard;
 
   TurnGuard(double h, double c) : guard{kStiffness * c / h, kMostTurn - kLargest} {}
