@@ -100,7 +100,7 @@ struct MeshEdge {
   /// For an edge of exactly two faces: the sum of the two unit in-face directions that point away from the
   /// edge; zero where the faces are coplanar. A rod on the side wedge . n > 0 (n from edge to rod) sits in a
   /// valley, where faces are nearer than the edge. No orientation of the mesh is needed. For every other
-  /// edge: zero, and `flat` is false.
+  /// edge, and for one of a face whose height over it is next to nothing: zero, and `flat` is false.
   Vector3 wedge;
   bool flat;  // two coplanar faces on opposite sides: the edge is no feature at all
 };

@@ -24,15 +24,21 @@ std::span<const Vector3> checkedVertices(const TriangleMesh& mesh, std::size_t n
   return mesh.vertices;
 }
 
+/// Height of a face over its edge, by the distance of its apex from the nearer end, below which its direction
+/// is not trusted: `along` is off by 1e-16, hence the direction by that over this.
+constexpr double kThin = 1e-9;
+
 /// The unit vector in the plane of edge ab and apex c, perpendicular to the edge, toward the apex; zero if
-/// the three lie on one line.
+/// the three lie on one line, or so nearly that rounding has a say in where it points.
 Vector3 directionIntoFace(const Vector3& a, const Vector3& b, const Vector3& c) {
   const Vector3 along = (b - a).stableNormalized();
   const Vector3 from_a = c - a, from_b = c - b;
   Vector3 into =
       from_a.squaredNorm() < from_b.squaredNorm() ? from_a : from_b;  // the shorter: less cancellation
+  const double length = into.stableNorm();
   into -= into.dot(along) * along;
   into -= into.dot(along) * along;  // what rounding left along the edge
+  if (!(into.stableNorm() > kThin * length)) return Vector3::Zero();
   return into.stableNormalized();
 }
 
@@ -137,7 +143,7 @@ MeshEdge Obstacles::Data::edge(std::span<const EdgeUse> uses) const {
   for (std::size_t i = 0; i < 2; ++i) {
     const Face& face = faces[static_cast<std::size_t>(uses[i].face)];
     into[i] = directionIntoFace(vertex(result.a), vertex(result.b), corner(face, uses[i].k + 2));
-    if (into[i].isZero(0)) return result;  // a face without area says nothing
+    if (into[i].isZero(0)) return result;  // a face (nearly) without area says nothing
   }
   // The directions cancel exactly when the faces are coplanar and on opposite sides.
   result.wedge = into[0] + into[1];
