@@ -45,9 +45,7 @@ double cpuSeconds() {
 }
 
 World loadWorld(const Scenario& scenario) {
-  std::vector<TriangleMesh> meshes;
-  for (const MeshReference& mesh : scenario.environment.meshes)
-    meshes.push_back(loadMesh(scenario.meshPath(mesh), mesh.scale, mesh.pose));
+  std::vector<TriangleMesh> meshes = loadMeshes(scenario);
   Obstacles obstacles(meshes);
   return {std::move(meshes), std::move(obstacles)};
 }

@@ -41,10 +41,7 @@ int main(int argc, char** argv) try {
     return 2;
   }
   const Scenario scenario = readScenario(argv[1]);
-  std::vector<TriangleMesh> meshes;
-  for (const MeshReference& mesh : scenario.environment.meshes)
-    meshes.push_back(loadMesh(scenario.meshPath(mesh), mesh.scale, mesh.pose));
-  const Obstacles obstacles(meshes);
+  const Obstacles obstacles(loadMeshes(scenario));
 
   PlanRequest request;
   request.time_limit_s = 60;

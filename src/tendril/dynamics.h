@@ -9,12 +9,16 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "tendril/geometry.h"
 #include "tendril/quantities.h"
 #include "tendril/scenario.h"
 
 namespace tendril {
+
+/// The scenario's meshes in its order, scaled and placed. Throws InputError as loadMesh does.
+[[nodiscard]] std::vector<TriangleMesh> loadMeshes(const Scenario& scenario);
 
 /// How exactly a step is solved. The motion is free of penetration whatever stands here.
 struct NewtonSettings {

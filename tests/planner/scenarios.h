@@ -15,12 +15,7 @@ inline Scenario scenario(const std::string& name, int elements) {
 }
 
 /// Its meshes, loaded and placed. Throws InputError as loadMesh does.
-inline Obstacles obstaclesOf(const Scenario& s) {
-  std::vector<TriangleMesh> meshes;
-  for (const MeshReference& mesh : s.environment.meshes)
-    meshes.push_back(loadMesh(s.meshPath(mesh), mesh.scale, mesh.pose));
-  return Obstacles(meshes);
-}
+inline Obstacles obstaclesOf(const Scenario& s) { return Obstacles(loadMeshes(s)); }
 
 /// Whether two motions are the same to the last bit.
 inline bool sameMotion(const Trajectory& a, const Trajectory& b) {

@@ -115,6 +115,13 @@ void RodWorkspace::Impl::steadyGrippers(const RodModel& model) {
   }
 }
 
+std::vector<TriangleMesh> loadMeshes(const Scenario& scenario) {
+  std::vector<TriangleMesh> meshes;
+  for (const MeshReference& mesh : scenario.environment.meshes)
+    meshes.push_back(loadMesh(scenario.meshPath(mesh), mesh.scale, mesh.pose));
+  return meshes;
+}
+
 RodModel::RodModel(const Scenario& scenario, const Obstacles& obstacles_in)
     : rod(scenario.rod),
       simulation(scenario.simulation),

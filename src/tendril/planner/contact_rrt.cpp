@@ -18,12 +18,6 @@ constexpr double kFailed = 0.9;    // a growth that ends at more than this of it
 constexpr double kNovelty = 0.01;  // L: a state this near another adds nothing
 constexpr double kArrived = 0.05;  // L: whoever follows has arrived within this
 
-Vector3 centroidOf(const RodShape& shape) {
-  Vector3 sum = Vector3::Zero();
-  for (const Pose& node : shape) sum += node.position;
-  return sum / static_cast<double>(shape.size());
-}
-
 }  // namespace
 
 ContactRrt::ContactRrt(const oc::SpaceInformationPtr& si, const RodModel& model,
@@ -34,11 +28,7 @@ ContactRrt::ContactRrt(const oc::SpaceInformationPtr& si, const RodModel& model,
       model_(model),
       strategies_(std::move(strategies)),
       settings_(settings),
-      random_(random) {
-  for (Tree* tree : {&forward_, &from_goal_})
-    tree->centroids.setDistanceFunction(
-        [](const Centroid& a, const Centroid& b) { return (a.position - b.position).norm(); });
-}
+      random_(random) {}
 
 ContactRrt::~ContactRrt() {
   clearTree(forward_);
@@ -51,7 +41,7 @@ void ContactRrt::clearTree(Tree& tree) {
     if (node.control) control_si_->freeControl(node.control);
   }
   tree.nodes.clear();
-  tree.centroids.clear();
+  tree.index.clear();
 }
 
 void ContactRrt::clear() {
@@ -64,36 +54,9 @@ void ContactRrt::clear() {
 
 int ContactRrt::add(Tree& tree, State* state, ControlValue* control, int parent) {
   const int k = static_cast<int>(tree.nodes.size());
-  tree.nodes.push_back({state, control, parent, 0});
-  tree.centroids.add({centroidOf(state->rod.nodes), k});
+  tree.nodes.push_back({state, control, parent});
+  tree.index.add(state->rod.nodes);
   return k;
-}
-
-int ContactRrt::nearest(const Tree& tree, const RodShape& target) const {
-  const Centroid centroid{centroidOf(target), -1};
-  int best = -1;
-  double least = std::numeric_limits<double>::infinity();
-  // By growing distance of the centroids, until none of those left can be nearer: failures only add to (6).
-  std::size_t seen = 0;
-  for (std::size_t count = 8; seen < tree.nodes.size(); count *= 4) {
-    tree.centroids.nearestK(centroid, count, found_);
-    for (; seen < found_.size(); ++seen) {
-      const int k = found_[seen].node;
-      if ((found_[seen].position - centroid.position).norm() > least) return best;
-      const double factor = 1 + settings_.failure_penalty * tree.nodes[static_cast<std::size_t>(k)].failures;
-      const double distance = factor * meanNodeDistance(tree.shape(k), target);
-      if (distance < least || (distance == least && k < best)) least = distance, best = k;
-    }
-  }
-  return best;
-}
-
-bool ContactRrt::isNew(const Tree& tree, const RodShape& shape) const {
-  const double apart = kNovelty * model_.rod.length;
-  tree.centroids.nearestR({centroidOf(shape), -1}, apart, found_);
-  return std::none_of(found_.begin(), found_.end(), [&](const Centroid& near) {
-    return meanNodeDistance(tree.shape(near.node), shape) < apart;
-  });
 }
 
 bool ContactRrt::grow(Tree& tree, int from, const RodShape& target, const ExtendStrategy::Steps& steps,
@@ -111,7 +74,7 @@ bool ContactRrt::grow(Tree& tree, int from, const RodShape& target, const Extend
                                                  control_si_->getPropagationStepSize(), state);
     ++extends_;
     const bool reached = &tree == &forward_ && goal.isSatisfied(state);
-    if (!reached && !isNew(tree, state->rod.nodes)) {
+    if (!reached && tree.index.hasWithin(state->rod.nodes, kNovelty * model_.rod.length)) {
       si_->freeState(state);
       control_si_->freeControl(control);
       break;
@@ -122,8 +85,7 @@ bool ContactRrt::grow(Tree& tree, int from, const RodShape& target, const Extend
       return true;
     }
   }
-  if (meanNodeDistance(tree.shape(at), target) > kFailed * before)
-    ++tree.nodes[static_cast<std::size_t>(from)].failures;
+  if (meanNodeDistance(tree.shape(at), target) > kFailed * before) tree.index.fail(from);
   return false;
 }
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <ompl/base/Planner.h>
-#include <ompl/datastructures/NearestNeighborsGNATNoThreadSafety.h>
 
+#include "tendril/planner/rod_index.h"
 #include "tendril/planner/spaces.h"
 
 namespace tendril {
@@ -40,17 +40,10 @@ class ContactRrt : public ompl::base::Planner {
     State* state;
     ControlValue* control;  // that leads here from the parent; null at a root
     int parent;             // -1 at a root
-    int failures;           // growths from here that led nowhere
-  };
-  /// A node by the mean of its rod's positions: the distance of two of these bounds (6) from below.
-  struct Centroid {
-    Vector3 position;
-    int node;
-    bool operator==(const Centroid&) const = default;
   };
   struct Tree {
     std::vector<Node> nodes;
-    ompl::NearestNeighborsGNATNoThreadSafety<Centroid> centroids;
+    RodIndex index;  // of the nodes
     [[nodiscard]] const RodShape& shape(int k) const {
       return nodes[static_cast<std::size_t>(k)].state->rod.nodes;
     }
@@ -59,8 +52,9 @@ class ContactRrt : public ompl::base::Planner {
 
   int add(Tree& tree, State* state, ControlValue* control, int parent);
   /// The node that minimises distance (6), failures counted.
-  [[nodiscard]] int nearest(const Tree& tree, const RodShape& target) const;
-  [[nodiscard]] bool isNew(const Tree& tree, const RodShape& shape) const;
+  [[nodiscard]] int nearest(const Tree& tree, const RodShape& target) const {
+    return tree.index.nearest(target, settings_.failure_penalty);
+  }
   /// Carries out `steps` from a node toward `target`; true if it reaches the goal.
   bool grow(Tree& tree, int from, const RodShape& target, const ExtendStrategy::Steps& steps,
             const Stop& stop);
@@ -79,7 +73,6 @@ class ContactRrt : public ompl::base::Planner {
   Random& random_;
   ompl::base::StateSamplerPtr sampler_;
   Tree forward_, from_goal_;
-  mutable std::vector<Centroid> found_;  // scratch
   int extends_ = 0, goal_growths_ = 0, solution_ = -1;
 };
 

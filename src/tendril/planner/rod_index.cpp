@@ -1,0 +1,61 @@
+#include "tendril/planner/rod_index.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace tendril {
+namespace {
+
+Vector3 centroidOf(const RodShape& shape) {
+  Vector3 sum = Vector3::Zero();
+  for (const Pose& node : shape) sum += node.position;
+  return sum / static_cast<double>(shape.size());
+}
+
+}  // namespace
+
+RodIndex::RodIndex() {
+  centroids_.setDistanceFunction(
+      [](const Centroid& a, const Centroid& b) { return (a.position - b.position).norm(); });
+}
+
+void RodIndex::add(const RodShape& shape) {
+  centroids_.add({centroidOf(shape), static_cast<int>(rods_.size())});
+  rods_.push_back({&shape, 0});
+}
+
+void RodIndex::clear() {
+  rods_.clear();
+  centroids_.clear();
+}
+
+int RodIndex::nearest(const RodShape& target, double penalty) const {
+  const Centroid centroid{centroidOf(target), -1};
+  int best = -1;
+  double least = std::numeric_limits<double>::infinity();
+  // By growing distance of the centroids, until none of those left can be nearer: failures only add to (6).
+  // Of equally far centroids the next search may list others first, so it looks at all of them again.
+  const auto way = [&](const Centroid& c) { return (c.position - centroid.position).norm(); };
+  std::size_t seen = 0;
+  for (std::size_t count = 8; seen < rods_.size(); count *= 4) {
+    centroids_.nearestK(centroid, count, found_);
+    while (seen > 0 && way(found_[seen - 1]) == way(found_[seen])) --seen;
+    for (; seen < found_.size(); ++seen) {
+      if (way(found_[seen]) > least) return best;
+      const int k = found_[seen].rod;
+      const Rod& rod = rods_[static_cast<std::size_t>(k)];
+      const double distance = (1 + penalty * rod.failures) * meanNodeDistance(*rod.shape, target);
+      if (distance < least || (distance == least && k < best)) least = distance, best = k;
+    }
+  }
+  return best;
+}
+
+bool RodIndex::hasWithin(const RodShape& target, double distance) const {
+  centroids_.nearestR({centroidOf(target), -1}, distance, found_);
+  return std::any_of(found_.begin(), found_.end(), [&](const Centroid& near) {
+    return meanNodeDistance(*rods_[static_cast<std::size_t>(near.rod)].shape, target) < distance;
+  });
+}
+
+}  // namespace tendril
