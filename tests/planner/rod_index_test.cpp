@@ -58,6 +58,31 @@ TEST(RodIndex, FindsTheRodThatLookingAtAllFinds) {
   }
 }
 
+TEST(RodIndex, FindsTheLeastFailedOfManyWithOneCentroid) {
+  Random random(3);
+  for (int trial = 0; trial < 50; ++trial) {
+    const RodShape rod = anyRod(random);
+    std::deque<RodShape> rods;
+    std::vector<int> failures;
+    RodIndex index;
+    for (int k = 0; k < 200; ++k) {
+      index.add(rods.emplace_back(k % 3 == 0 ? anyRod(random) : rod));
+      failures.push_back(1 + static_cast<int>(random.uniform() * 1000));
+      for (int i = 0; i < failures.back(); ++i) index.fail(k);
+    }
+    RodShape target = rod;
+    for (Pose& node : target) node.position.x() += 0.01;
+    int best = -1;
+    double least = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < 200; ++k) {
+      const double distance = (1.0 + failures[static_cast<std::size_t>(k)]) *
+                              meanNodeDistance(rods[static_cast<std::size_t>(k)], target);
+      if (distance < least) least = distance, best = k;
+    }
+    EXPECT_EQ(index.nearest(target, 1), best);
+  }
+}
+
 TEST(RodIndex, KnowsWhetherARodIsNear) {
   Random random(2);
   const std::deque<RodShape> rods = someRods(random, 300);

@@ -155,7 +155,7 @@ TEST(Shortfall, BelongsToEveryProblemThatIsNotSolvedAndIsTheSameEveryTime) {
   s.rod.elements = kElements;
   s.rod.radius = 0.035;  // the tunnel's is 0.03
   s.planner.extend_limit = 20;
-  const TriangleMesh mesh = loadMesh(s.meshPath(s.environment.meshes[0]));
+  const TriangleMesh mesh = loadMeshes(s).front();
   const Obstacles obstacles(std::span(&mesh, 1));
   const Solution a = plan(s, obstacles, {}), b = plan(s, obstacles, {});
   ASSERT_EQ(a.status, PlanStatus::iteration_limit);

@@ -34,18 +34,15 @@ int RodIndex::nearest(const RodShape& target, double penalty) const {
   int best = -1;
   double least = std::numeric_limits<double>::infinity();
   // By growing distance of the centroids, until none of those left can be nearer: failures only add to (6).
-  // Of equally far centroids the next search may list others first, so it looks at all of them again.
-  const auto way = [&](const Centroid& c) { return (c.position - centroid.position).norm(); };
-  std::size_t seen = 0;
-  for (std::size_t count = 8; seen < rods_.size(); count *= 4) {
+  // When more are looked at it is from the first on: which of those equally far come first may have changed.
+  found_.clear();
+  for (std::size_t count = 8; found_.size() < rods_.size(); count *= 4) {
     centroids_.nearestK(centroid, count, found_);
-    while (seen > 0 && way(found_[seen - 1]) == way(found_[seen])) --seen;
-    for (; seen < found_.size(); ++seen) {
-      if (way(found_[seen]) > least) return best;
-      const int k = found_[seen].rod;
-      const Rod& rod = rods_[static_cast<std::size_t>(k)];
+    for (const Centroid& near : found_) {
+      if ((near.position - centroid.position).norm() > least) return best;
+      const Rod& rod = rods_[static_cast<std::size_t>(near.rod)];
       const double distance = (1 + penalty * rod.failures) * meanNodeDistance(*rod.shape, target);
-      if (distance < least || (distance == least && k < best)) least = distance, best = k;
+      if (distance < least || (distance == least && near.rod < best)) least = distance, best = near.rod;
     }
   }
   return best;
