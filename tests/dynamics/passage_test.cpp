@@ -38,30 +38,19 @@ TEST(Passage, StrongFastGripperDoesNotFreezeTheRodAtTheLargestLengthOfItsElement
     EXPECT_EQ(pullThrough({1, 0, 10, 5, time_step, 12, 0.02}).outcome, Outcome::passed);
 }
 
-TEST(Passage, RodTwistedByMoreThanHalfATurnAnElementNeverStalls) {
-  // Half a turn is where the logarithm of an element jumps.
-  Scenario s = scenes::rodScenario(5e7, 8);
-  s.grippers.max_torque = 5 * s.rod.c[0] / s.rod.elementLength();
-  s.grippers.max_turn = 20;
-  const Obstacles nothing = scenes::nothing();
-  const RodModel model(s, nothing);
-  const RodShape start = scenes::straight({}, 1, 8);
-  RodState state = RodState::atRest(start);
-  RodWorkspace workspace;
-  double most = 0;
-  for (int k = 0; k < 300; ++k) {
-    std::array<GripperGoal, 2> goals;
-    goals[0] = {true, false, start.front()};
-    goals[1] = {true, true, {state.nodes.back().rotation * expSO3({0.35, 0, 0}), start.back().position}};
-    EXPECT_NE(step(model, goals, state, workspace).status, StepReport::Status::stalled) << k;
-    for (std::size_t i = 0; i + 1 < state.nodes.size(); ++i)
-      most = std::max(most, angleBetween(state.nodes[i].rotation, state.nodes[i + 1].rotation));
+TEST(Passage, WhatGuardsALimitIsSmoothAndStrongerThanAnyLoadShortOfIt) {
+  const Guard guard{.stiffness = 3, .reach = 0.2};
+  const double d = 1e-6;
+  for (const double e : {0.0, 0.01, 0.1, 0.19, 0.1979, 0.1981, 0.25}) {
+    const Guard::Value f = guard(e), before = guard(e - d), after = guard(e + d);
+    EXPECT_NEAR((after.energy - before.energy) / (2 * d), f.slope, 1e-5 * f.slope + 1e-5) << e;
+    EXPECT_NEAR((after.slope - before.slope) / (2 * d), f.curvature, 1e-4 * f.curvature) << e;
   }
-  EXPECT_GT(most, 2.2);  // the test is about such turns
-  EXPECT_LT(most, 2.9);
+  // Ten thousand times what a spring of its stiffness has there.
+  EXPECT_GT(guard(0.2).slope, 10000 * 3 * 0.2);
 }
 
-TEST(Passage, RodWoundUpWithAnyTorqueUnwindsAgain) {
+TEST(Passage, RodWoundUpWithAnyTorqueNeverStallsAndUnwindsAgain) {
   // No element may turn by more than 2.8 rad; a rod that is held there by force must not be stuck there
   // after.
   for (const double torque : {5, 20, 200}) {
@@ -76,7 +65,7 @@ TEST(Passage, RodWoundUpWithAnyTorqueUnwindsAgain) {
     double most = 0, turned = 0, farthest = 0;
     for (int k = 0; k < 300; ++k) {
       const Quaternion before = state.nodes.back().rotation;
-      const double way = k < 150 ? 0.2 : -0.2;
+      const double way = k < 150 ? 0.35 : -0.35;
       std::array<GripperGoal, 2> goals;
       goals[0] = {true, false, start.front()};
       goals[1] = {true, true, {before * expSO3({way, 0, 0}), start.back().position}};
