@@ -43,10 +43,10 @@ double secondsOf(clockid_t clock) {
 struct Tally {
   std::int64_t episodes = 0, steps = 0, contact_steps = 0, motions = 0, crowded = 0;
   std::int64_t penetrations = 0, undecided = 0, not_finite = 0, other_claims = 0;
-  // Stalled steps: where the start's gap is within rounding; with an element that turns by half a turn; in
+  // Stalled steps: where the start's gap is within rounding; with an element that turns by all it may; in
   // balance, the force left over being below 1e-3 of the gripper's; that moved; none of these.
   std::int64_t at_rounding = 0, balanced = 0, stalled_moving = 0, stalled = 0;
-  std::int64_t half_turns = 0;
+  std::int64_t at_turn_limit = 0;
   // Windows in which a gripper should have moved and the rod did not: held up; at an element's limits;
   // pressed to gaps within rounding; with all steps converged; cut short, where uncut steps converge; none of
   // these.
@@ -61,7 +61,7 @@ struct Tally {
     penetrations += o.penetrations, undecided += o.undecided, not_finite += o.not_finite;
     other_claims += o.other_claims;
     at_rounding += o.at_rounding, stalled_moving += o.stalled_moving, balanced += o.balanced;
-    stalled += o.stalled, half_turns += o.half_turns;
+    stalled += o.stalled, at_turn_limit += o.at_turn_limit;
     held_up += o.held_up, at_limits += o.at_limits, rounded += o.rounded, at_rest += o.at_rest;
     cut_short += o.cut_short, jams += o.jams;
     for (std::size_t i = 0; i < iterations.size(); ++i) iterations[i] += o.iterations[i];
@@ -221,15 +221,15 @@ Control nextControl(const Episode& e, const RodState& state, Random& random) {
 bool atStretchLimit(const RodShape& shape, double h) {
   for (std::size_t i = 0; i + 1 < shape.size(); ++i) {
     const double length = (shape[i + 1].position - shape[i].position).norm() / h;
-    if (length > 1.235 || length < 0.815) return true;
+    if (length > kMostStretch - 0.005 || length < kLeastStretch + 0.005) return true;
   }
   return false;
 }
 
 /// Whether an element turns by about as much as it may.
-bool atHalfTurn(const RodShape& shape) {
+bool atTurnLimit(const RodShape& shape) {
   for (std::size_t i = 0; i + 1 < shape.size(); ++i)
-    if (angleBetween(shape[i].rotation, shape[i + 1].rotation) > 2.79) return true;
+    if (angleBetween(shape[i].rotation, shape[i + 1].rotation) > kMostTurn - 0.01) return true;
   return false;
 }
 
@@ -317,8 +317,8 @@ Tally runEpisode(const Episode& e, Random& random, std::uint64_t number, bool te
         const double force = forceLeft(model, workspace);
         if (report.iterations == 0)
           ++tally.at_rounding;
-        else if (atHalfTurn(state.nodes))
-          ++tally.half_turns;
+        else if (atTurnLimit(state.nodes))
+          ++tally.at_turn_limit;
         else if (force < 1e-3)
           ++tally.balanced;
         else if (moved > 1e-6 * length)
@@ -349,7 +349,7 @@ Tally runEpisode(const Episode& e, Random& random, std::uint64_t number, bool te
           };
           if (why == Standstill::held_up)
             ++tally.held_up;
-          else if (atStretchLimit(state.nodes, model.rod.elementLength()) || atHalfTurn(state.nodes))
+          else if (atStretchLimit(state.nodes, model.rod.elementLength()) || atTurnLimit(state.nodes))
             told(tally.at_limits, "at the limits of an element");
           else if (leastGap(std::span(&state.nodes, 1), model.rod, tree, 4 * rounding) < 4 * rounding)
             told(tally.rounded, "pressed to within rounding");
@@ -422,7 +422,7 @@ void print(const char* name, const Tally& t) {
       "6}"
       "{:>10.2g}{:>7.0f}{:>7.0f}\n",
       name, t.episodes, t.steps, t.contact_steps, t.motions, t.penetrations, t.undecided, t.not_finite,
-      t.other_claims, t.at_rounding, t.half_turns, t.balanced, t.stalled_moving, t.stalled, t.held_up,
+      t.other_claims, t.at_rounding, t.at_turn_limit, t.balanced, t.stalled_moving, t.stalled, t.held_up,
       t.at_limits, t.rounded, t.at_rest, t.cut_short, t.jams, t.least_gap, 1e6 * t.step_s / steps,
       1e6 * t.check_s / steps);
 }
@@ -479,7 +479,11 @@ int runSoak(std::int64_t contact_steps, std::uint64_t seed, int threads) {
     fmt::print("\n");
   };
   for (std::size_t i = 0; i < 3; ++i) histogram(kNewtonNames[i], newtons[i]);
-  return all.penetrations + all.undecided + all.not_finite + all.stalled_moving + all.stalled + all.jams == 0
+  const std::int64_t still =
+      all.at_limits + all.rounded + all.at_rest + all.cut_short + all.jams;  // and not held up
+  return all.penetrations + all.undecided + all.not_finite + all.other_claims + all.stalled_moving +
+                     all.stalled + still ==
+                 0
              ? 0
              : 1;
 }

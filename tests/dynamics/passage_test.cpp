@@ -38,7 +38,7 @@ TEST(Passage, StrongFastGripperDoesNotFreezeTheRodAtTheLargestLengthOfItsElement
     EXPECT_EQ(pullThrough({1, 0, 10, 5, time_step, 12, 0.02}).outcome, Outcome::passed);
 }
 
-TEST(Passage, WhatGuardsALimitIsSmoothAndStrongerThanAnyLoadShortOfIt) {
+TEST(Passage, WhatGuardsALimitHasItsDerivativesAndHoldsTenThousandTimesASpringThere) {
   const Guard guard{.stiffness = 3, .reach = 0.2};
   const double d = 1e-6;
   for (const double e : {0.0, 0.01, 0.1, 0.19, 0.1979, 0.1981, 0.25}) {
@@ -46,7 +46,6 @@ TEST(Passage, WhatGuardsALimitIsSmoothAndStrongerThanAnyLoadShortOfIt) {
     EXPECT_NEAR((after.energy - before.energy) / (2 * d), f.slope, 1e-5 * f.slope + 1e-5) << e;
     EXPECT_NEAR((after.slope - before.slope) / (2 * d), f.curvature, 1e-4 * f.curvature) << e;
   }
-  // Ten thousand times what a spring of its stiffness has there.
   EXPECT_GT(guard(0.2).slope, 10000 * 3 * 0.2);
 }
 
@@ -79,6 +78,25 @@ TEST(Passage, RodWoundUpWithAnyTorqueNeverStallsAndUnwindsAgain) {
     EXPECT_LT(most, 2.8 + 1e-9) << torque;
     EXPECT_LT(turned, 0.5 * farthest) << torque;
   }
+}
+
+TEST(Passage, RodThatOverpowersItsGripperFallsInStepsThatConverge) {
+  // Two hundred times as heavy as its gripper can bear, at a thousandth of the speed it falls with.
+  Scenario s = scenes::rodScenario(5e7, 20);
+  const double weight = s.rod.density * std::numbers::pi * s.rod.radius * s.rod.radius * s.rod.length * 9.81;
+  s.environment.gravity = {0, 0, -9.81};
+  s.grippers.max_force = weight / 200, s.grippers.max_speed = 1e-3;
+  const Obstacles nothing = scenes::nothing();
+  const RodModel model(s, nothing);
+  RodState state = RodState::atRest(scenes::straight({}, 1, 20));
+  RodWorkspace workspace;
+  Control control;
+  control.held = {true, false}, control.moving = End::first;
+  control.target = {Quaternion::Identity(), {0, 0, 1}};
+  ControlRunner runner(model, control, state);
+  for (int k = 0; k < 40; ++k)
+    EXPECT_EQ(runner.advance(state, workspace).status, StepReport::Status::converged) << k;
+  EXPECT_LT(state.nodes.front().position.z(), -0.1);
 }
 
 TEST(Passage, OneIterationAStepDoesNotWearTheGapsDownToRounding) {

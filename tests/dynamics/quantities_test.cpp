@@ -322,19 +322,20 @@ TEST(Quantities, RodBentToACircleHasTheBendRadiusLOverTwoPi) {
 
 TEST(Quantities, RodPulledPastWhatGuardsItsLengthHoldsItsGrippersInBalance) {
   // Beyond a stretch of 0.15 elements are guarded, with a stiffness of 10 EA/h at first and a wall at 0.24:
-  // at 0.2 that adds to 0.2 EA the derivative of 5 EA e^2/(1 - e/0.09) at e = 0.05.
-  // The clamps give by 1e-7 of L.
-  const double energy = 5 * 0.05 * 0.05 / (1 - 0.05 / 0.09);
-  const double force = 0.2 + 5 * (0.1 - 0.05 * 0.05 / 0.09) / std::pow(1 - 0.05 / 0.09, 2);
+  // that adds to the force EA u the derivative of 5 EA e^2/(1 - e/0.09), e = u - 0.15.
   const Scenario s = settlingScenario(5e7, 20);
   const Obstacles o = nothing();
   const double ea = s.rod.c[3];
   const Pose base{expSO3({0.3, -0.4, 0.5}), {0.1, 0.2, 0.3}};
   Motion motion(s, o, straight(base, 1.2, 20));
   const Quantities q = motion.settle(holding(true, true));
-  for (const Vector3& n : q.internal_force) EXPECT_LT((n - Vector3(force * ea, 0, 0)).norm(), 3e-5 * ea);
-  EXPECT_LT((q.gripper_force[1] - base.rotation * Vector3(force * ea, 0, 0)).norm(), 3e-5 * ea);
-  EXPECT_NEAR(q.stretch, (0.5 * 0.2 * 0.2 + energy) * ea, 3e-5 * ea);
+  const double u = (motion.state.nodes.back().position - motion.state.nodes.front().position).norm() - 1;
+  EXPECT_NEAR(u, 0.2, 1e-6);  // the clamps give a little
+  const double e = u - 0.15, left = 1 - e / 0.09;
+  const double force = u + 5 * (2 * e - e * e / 0.09) / (left * left);
+  for (const Vector3& n : q.internal_force) EXPECT_LT((n - Vector3(force * ea, 0, 0)).norm(), 1e-5 * ea);
+  EXPECT_LT((q.gripper_force[1] - base.rotation * Vector3(force * ea, 0, 0)).norm(), 1e-5 * ea);
+  EXPECT_NEAR(q.stretch, (0.5 * u * u + 5 * e * e / left) * ea, 1e-5 * ea);
 }
 
 TEST(Quantities, StraightRodHasNoBendRadius) {

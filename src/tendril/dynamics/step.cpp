@@ -10,10 +10,11 @@ namespace {
 
 constexpr double kLargestNodeMotion = 0.24;  // of L, along one straight motion
 constexpr double kKeptGap = 0.1;             // fraction of every gap a Newton step must leave
-// Where gaps are worn below this part of dhat and the filter leaves less than this part of a step, shorter
-// steps are looked for, so many times, each to be cut to about this.
-constexpr double kWornGap = 0.01, kTooLittle = 0.1, kRoomToGrow = 4;
-constexpr int kShorterSteps = 3;
+// Shorter steps (filteredDirection):
+constexpr double kWornGap = 0.01;   // of dhat: where a gap is smaller
+constexpr double kTooLittle = 0.1;  // of a step: and the filter leaves less
+constexpr double kSoftShare = 4;    // soft modes then get this times the fraction that was left
+constexpr int kShorterSteps = 3;    // at most
 constexpr double kGuessLeastGap =
     0.1;                              // of dhat: where the first guess leaves less, Newton starts without it
 constexpr double kLeastReach = 0.02;  // of the contact distance, in narrow passages
@@ -115,23 +116,6 @@ void RodWorkspace::Impl::steadyGrippers(const RodModel& model) {
   }
 }
 
-std::vector<TriangleMesh> loadMeshes(const Scenario& scenario) {
-  std::vector<TriangleMesh> meshes;
-  for (const MeshReference& mesh : scenario.environment.meshes)
-    meshes.push_back(loadMesh(scenario.meshPath(mesh), mesh.scale, mesh.pose));
-  return meshes;
-}
-
-RodModel::RodModel(const Scenario& scenario, const Obstacles& obstacles_in)
-    : rod(scenario.rod),
-      simulation(scenario.simulation),
-      grippers(scenario.grippers),
-      workspace(scenario.environment.workspace),
-      friction(scenario.environment.friction),
-      gravity(scenario.environment.gravity),
-      newton{scenario.simulation.newton_iterations, scenario.simulation.newton_tolerance},
-      obstacles(&obstacles_in) {}
-
 namespace {
 
 /// A fraction, at most `fraction`, of w.motion that respects the limits on a straight motion and on turns.
@@ -205,7 +189,7 @@ Direction filteredDirection(const RodModel& model, RodWorkspace::Impl& w, double
     const double free = freePart(fraction, w);
     fraction *= free;
     if (!worn || free >= kTooLittle || !(free > 0) || shorter == kShorterSteps) return d;
-    stiffness -= d.slope / (d.travel2 * kRoomToGrow * free);  // -slope/travel2 is that of the mode
+    stiffness -= d.slope / (d.travel2 * kSoftShare * free);  // -slope/travel2 is that of the mode
   }
 }
 

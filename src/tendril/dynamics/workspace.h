@@ -135,9 +135,7 @@ struct Guard {
   static constexpr double kSteepest = 0.99;
   double stiffness, reach;
 
-  struct Value {
-    double energy, slope, curvature;  // by e
-  };
+  using Value = Spring::Value;  // by e
   [[nodiscard]] Value operator()(double e) const {
     const double x = std::min(e / reach, kSteepest), left = 1 - x, beyond = e - x * reach;
     const double curvature = stiffness / (left * left * left);

@@ -1,6 +1,8 @@
 /// Which of many rods is nearest. Private to planner.
 #pragma once
 
+#include <iostream>  // which the next header needs and does not include
+
 #include <ompl/datastructures/NearestNeighborsGNATNoThreadSafety.h>
 
 #include <vector>
@@ -17,10 +19,10 @@ class RodIndex {
   /// Refers to the shape, which must stay where it is. All have the same number of nodes.
   void add(const RodShape& shape);
   void clear();
-  /// Counts a failed growth from rod k.
+  /// Counts a failed growth from rod k, one of those added.
   void fail(int k) { ++rods_[static_cast<std::size_t>(k)].failures; }
-  /// The rod, of one at least, that minimises the distance times 1 + penalty times its failures; of several
-  /// the one that was added first.
+  /// The number of the rod that minimises the distance times 1 + penalty (>= 0) times its failures; of
+  /// several the one that was added first; -1 if there is none.
   [[nodiscard]] int nearest(const RodShape& target, double penalty) const;
   /// Whether one is nearer than `distance` [m].
   [[nodiscard]] bool hasWithin(const RodShape& target, double distance) const;
