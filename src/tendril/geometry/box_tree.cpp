@@ -16,8 +16,6 @@ namespace {
 
 constexpr unsigned kBranching = 4;
 constexpr unsigned kDepth = 64;  // Embree splits by halves when it comes near this
-constexpr std::size_t kStack =
-    kDepth * (kBranching - 1) + 1;  // what depth-first traversal can have to remember
 
 /// A float not above x: at most two units in the last place below it. Boxes end at the range of float.
 float roundedDown(double x) {
@@ -114,7 +112,7 @@ BoxTree::BoxTree(std::span<const Aabb> boxes) {
   RTCBuildArguments arguments = rtcDefaultBuildArguments();
   arguments.bvh = build.get();
   arguments.maxBranchingFactor = kBranching;
-  arguments.maxDepth = kDepth - 1;  // a leaf of several items is one level more
+  arguments.maxDepth = kDepth;
   arguments.minLeafSize = arguments.maxLeafSize = kBranching;
   arguments.primitives = items.data();
   arguments.primitiveCount = arguments.primitiveArrayCapacity = items.size();
@@ -143,24 +141,31 @@ void BoxTree::visit(const Aabb& box, const MayMeet& may_meet, std::vector<int>& 
   const Float4 min_x = all(query.min[0]), min_y = all(query.min[1]), min_z = all(query.min[2]);
   const Float4 max_x = all(query.max[0]), max_y = all(query.max[1]), max_z = all(query.max[2]);
 
-  int stack[kStack + 1];  // one place more is written to than kept
-  std::size_t top = 0;
-  stack[top++] = root_;
-  while (top > 0) {
-    const int number = stack[--top];
+  // Breadth first, in `out` itself: what is found goes to its front, what is still to be looked at to its
+  // end. A depth-first search would wait for every node's answer before it knew which node is next.
+  std::size_t found = out.size(), next = found, end = found;
+  const auto makeRoom = [&] {
+    if (out.size() < end + kBranching) out.resize(2 * (end + kBranching));
+  };
+  makeRoom();
+  out[end++] = root_;
+  while (next < end) {
+    const int number = out[next++];
     if (number < 0) {
-      out.push_back(~number);
+      out[found++] = ~number;
       continue;
     }
+    makeRoom();
     const Node& node = nodes_[static_cast<std::size_t>(number)];
     Int4 meets = (node.min[0] <= max_x) & (node.max[0] >= min_x) & (node.min[1] <= max_y) &
                  (node.max[1] >= min_y) & (node.min[2] <= max_z) & (node.max[2] >= min_z);
     meets &= may_meet(node);
     for (int k = 0; k < static_cast<int>(kBranching); ++k) {  // which do is anyone's guess: no branch
-      stack[top] = node.child[k];
-      top += static_cast<std::size_t>(meets[k] & 1);
+      out[end] = node.child[k];
+      end += static_cast<std::size_t>(meets[k] & 1);
     }
   }
+  out.resize(found);
 }
 
 void BoxTree::find(const Aabb& box, std::vector<int>& out) const {
