@@ -203,5 +203,45 @@ TEST(VerificationMotion, ASwingThatGrazesACornerForAnInstantIsProvedWithFewEvalu
   }
 }
 
+TEST(VerificationMotion, AProofIsTheSameAnywhereInSpace) {
+  Random random(8);
+  const double grid = std::ldexp(1, -30);  // coordinates that survive the shift without rounding
+  const Vector3 shift = std::ldexp(1, 20) * Vector3(1, -3, 0.5);
+  const auto place = [&](Vector3& near, Vector3& far) {
+    near = grid * (near / grid).array().round().matrix();
+    far = near + shift;
+  };
+  for (int trial = 0; trial < 2000; ++trial) {
+    PairMotion here = randomMotion(random, 2 + trial % 2), there = here;
+    for (auto corners : {&PairMotion::other_t0, &PairMotion::other_t1})
+      for (std::size_t j = 0; j < 3; ++j) place((here.*corners)[j], (there.*corners)[j]);
+    for (auto ends : {&PairMotion::rod_t0, &PairMotion::rod_t1})
+      for (std::size_t i = 0; i < 2; ++i) place((here.*ends)[i], (there.*ends)[i]);
+    DistanceToProve goal_here(0.02, 1), goal_there(0.02, 1);
+    const Proof proof_here = prove(here, goal_here, [](double, double) {});
+    const Proof proof_there = prove(there, goal_there, [](double, double) {});
+    EXPECT_EQ(proof_here.status, proof_there.status);
+    EXPECT_EQ(proof_here.distance, proof_there.distance);
+    EXPECT_EQ(goal_here.gap(), goal_there.gap());
+  }
+}
+
+TEST(VerificationMotion, AnElementOverAnEdgeHundredsOfKilometresAwayIsProvedNotLeftUndecided) {
+  // A motion of a simulated rod: nearest to the edge two millionths of the element before its end, by 6e-13 m
+  // nearer than there, where coordinates are rounded to 6e-11 m; across the way from the end to the edge the
+  // other end is nearer by 6e-7 m.
+  PairMotion pair;
+  pair.rod_t0 = {Vector3(49306.435837225887, -345879.58134913928, 29194.280912401657),
+                 Vector3(49306.427257450814, -345879.52130722953, 29194.291160327852)};
+  pair.rod_t1 = {Vector3(49306.433772622171, -345879.58154753502, 29194.28042606376),
+                 Vector3(49306.427257452437, -345879.52130723069, 29194.291160231965)};
+  pair.other_t0 = pair.other_t1 = {Vector3(49306.426958179458, -345879.54965837026, 29194.278244761412),
+                                   Vector3(49306.427076057291, -345879.54904078657, 29194.277070808759),
+                                   Vector3(49306.423831225911, -345879.51778629364, 29194.293187108153)};
+  pair.corners = 3;
+  DistanceToProve goal(0.003044429635002266, 1);
+  EXPECT_EQ(prove(pair, goal, [](double, double) {}).status, Proof::Status::proved);
+}
+
 }  // namespace
 }  // namespace tendril::verification

@@ -3,17 +3,15 @@
 #include <algorithm>
 
 namespace tendril::verification {
-namespace {
-
-Vector3 at(double t, const Vector3& x_t0, const Vector3& x_t1) { return x_t0 + t * (x_t1 - x_t0); }
-
-}  // namespace
-
 ClosestPair PairMotion::closestAt(double t) const {
-  const Vector3 p0 = at(t, rod_t0[0], rod_t1[0]), p1 = at(t, rod_t0[1], rod_t1[1]);
-  const Vector3 a = at(t, other_t0[0], other_t1[0]), b = at(t, other_t0[1], other_t1[1]);
+  const auto at = [&](const Vector3& x_t0, const Vector3& x_t1) -> Vector3 {
+    const Vector3 from = x_t0 - origin(), to = x_t1 - origin();
+    return from + t * (to - from);
+  };
+  const Vector3 p0 = at(rod_t0[0], rod_t1[0]), p1 = at(rod_t0[1], rod_t1[1]);
+  const Vector3 a = at(other_t0[0], other_t1[0]), b = at(other_t0[1], other_t1[1]);
   if (corners == 2) return segmentToSegment(p0, p1, a, b);
-  return segmentToTriangle(p0, p1, a, b, at(t, other_t0[2], other_t1[2]));
+  return segmentToTriangle(p0, p1, a, b, at(other_t0[2], other_t1[2]));
 }
 
 TimeInterval separatedBy(const Vector3& n, const PairMotion& pair, double distance, double t,
