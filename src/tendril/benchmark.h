@@ -18,9 +18,10 @@ namespace tendril {
 struct BenchmarkRun {
   std::string scenario, planner;
   std::uint64_t seed = 0;
-  int threads = 1;                     // of the planner
-  std::string status;                  // of the plan, or what became of the process, see docs/benchmark.md
-  double wall_time = 0, cpu_time = 0;  // s
+  int threads = 1;       // of the planner
+  std::string status;    // of the plan, or what became of the process, see docs/benchmark.md
+  double wall_time = 0;  // of loading and planning, s
+  double cpu_time = 0;   // of planning, s
   std::int64_t iterations = 0, states = 0, steps = 0;
   double simulated_time = 0;  // s
   bool verified = false;

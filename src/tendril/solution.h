@@ -17,7 +17,8 @@ struct Provenance {
   std::uint64_t seed = 0;
   int threads = 1;
   nlohmann::json planner = nlohmann::json::object();  // {"name": ..., settings ...}
-  double wall_time = 0, cpu_time = 0;                 // s
+  double wall_time = 0;                               // of loading and planning, s
+  double cpu_time = 0;                                // of planning; of a simulation, of the whole process, s
   std::int64_t iterations = 0, states = 0, steps = 0;
   double simulated_time = 0;  // s
   std::string host;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 namespace tendril::verification {
+
 ClosestPair PairMotion::closestAt(double t) const {
   const auto at = [&](const Vector3& x_t0, const Vector3& x_t1) -> Vector3 {
     const Vector3 from = x_t0 - origin(), to = x_t1 - origin();

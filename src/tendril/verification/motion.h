@@ -16,7 +16,8 @@ struct PairMotion {
   std::array<Vector3, 3> other_t0, other_t1;  // m, a triangle (3 corners) or another element (2)
   int corners;
 
-  /// A corner of the other body, which is near enough to the rod's for differences from it to be exact.
+  /// A corner of the other body. Where the two are near each other and far from 0, differences from it are
+  /// exact.
   [[nodiscard]] const Vector3& origin() const { return other_t0[0]; }
   /// The closest points at t, their coordinates relative to `origin()`: far from 0, two nearly equal
   /// distances differ by less than the rounding of the coordinates, and the direction of the wrong pair
