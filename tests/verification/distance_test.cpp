@@ -227,9 +227,9 @@ TEST(VerificationMotion, AProofIsTheSameAnywhereInSpace) {
 }
 
 TEST(VerificationMotion, AnElementOverAnEdgeHundredsOfKilometresAwayIsProvedNotLeftUndecided) {
-  // A motion of a simulated rod: nearest to the edge two millionths of the element before its end, by 6e-13 m
-  // nearer than there, where coordinates are rounded to 6e-11 m; across the way from the end to the edge the
-  // other end is nearer by 6e-7 m.
+  // A motion of a simulated rod: nearest to the edge five millionths of the element before its end, by 2e-12
+  // m nearer than there, where coordinates are rounded to 6e-11 m; across the way from the end to the edge
+  // the other end is nearer by 6e-7 m.
   PairMotion pair;
   pair.rod_t0 = {Vector3(49306.435837225887, -345879.58134913928, 29194.280912401657),
                  Vector3(49306.427257450814, -345879.52130722953, 29194.291160327852)};
