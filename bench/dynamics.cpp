@@ -3,10 +3,8 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <map>
 #include <numbers>
 
 #include "dynamics/scenes.h"
@@ -42,30 +40,6 @@ TriangleMesh uTube(double radius, int sides, int along) {
       mesh.faces.push_back({b, a + sides, b + sides});
     }
   return mesh;
-}
-
-/// The same shape with every face cut into n * n.
-TriangleMesh refined(const TriangleMesh& mesh, int n) {
-  TriangleMesh fine;
-  std::map<std::array<std::int64_t, 3>, int> known;  // vertices by their place in nanometres
-  for (const auto& [a, b, c] : mesh.faces) {
-    const auto at = [&, a = a, b = b, c = c](int i, int j) {
-      const auto corner = [&](int v) { return mesh.vertices[static_cast<std::size_t>(v)]; };
-      const Vector3 p = corner(a) + static_cast<double>(i) / n * (corner(b) - corner(a)) +
-                        static_cast<double>(j) / n * (corner(c) - corner(b));
-      const auto [vertex, is_new] =
-          known.try_emplace({std::llround(1e9 * p.x()), std::llround(1e9 * p.y()), std::llround(1e9 * p.z())},
-                            static_cast<int>(fine.vertices.size()));
-      if (is_new) fine.vertices.push_back(p);
-      return vertex->second;
-    };
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j <= i; ++j) {
-        fine.faces.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-        if (j < i) fine.faces.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-      }
-  }
-  return fine;
 }
 
 struct Count {

@@ -21,6 +21,10 @@ namespace tendril {
 struct TriangleMesh {
   std::vector<Vector3> vertices;
   std::vector<std::array<int, 3>> faces;
+  /// A vertex is off by `rounding` times its distance from `origin` at most: files are read in single
+  /// precision, each about an origin of its own.
+  Vector3 origin = Vector3::Zero();
+  double rounding = 0x1p-53;
   int welded_vertices = 0;  // identical vertices merged on loading
   int dropped_faces = 0;    // faces without area dropped on loading
 };
@@ -98,11 +102,11 @@ struct Capsule {
 struct MeshEdge {
   int a, b;  // vertices
   /// For an edge of exactly two faces: the sum of the two unit in-face directions that point away from the
-  /// edge; zero where the faces are coplanar. A rod on the side wedge . n > 0 (n from edge to rod) sits in a
-  /// valley, where faces are nearer than the edge. No orientation of the mesh is needed. For every other
-  /// edge, and for one of a face whose height over it is next to nothing: zero, and `flat` is false.
+  /// edge. A rod on the side wedge . n > 0 (n from edge to rod) sits in a valley, where faces are nearer than
+  /// the edge. No orientation of the mesh is needed. Zero for every other edge, for one that is flat, for one
+  /// of a face whose height over it is next to nothing, and where rounding may have made the valley.
   Vector3 wedge;
-  bool flat;  // two coplanar faces on opposite sides: the edge is no feature at all
+  bool flat;  // inside a flat patch: the edge is no feature at all
 };
 
 /// All obstacles of a scenario: one soup with its edges and its broad phase. Immutable; safe to share among
@@ -119,7 +123,6 @@ class Obstacles {
     std::array<int, 3> vertices;
     std::array<int, 3> edges;  // edge k joins vertices k and k+1 (mod 3): edge01, edge12, edge20
     int mesh;                  // which mesh it came from
-    int face_in_mesh;          // its number there
   };
   /// A ball around a face, and the unit normal of its plane, exact to 1e-9 rad; zero where an angle of less
   /// than 1e-5 rad does not let it be.
@@ -129,7 +132,15 @@ class Obstacles {
     Vector3 normal;
   };
   [[nodiscard]] std::span<const Vector3> vertices() const;
+  /// Those of the meshes, but what is flat has no more of them than its outline asks for.
   [[nodiscard]] std::span<const Face> faces() const;
+  /// How much farther away than asked for a rod must be kept by its nodes from the faces and by its segments
+  /// from the edges that are not flat, to be as far as asked for from the meshes [m]. A few times what the
+  /// meshes' vertices are off by; 0 where no plane is cut.
+  [[nodiscard]] double deviation() const;
+  /// The number in its mesh of the mesh's own face that is nearest to `point`, of those in whose flat patch
+  /// `face` is. Looks at all of them.
+  [[nodiscard]] int faceInMesh(int face, const Vector3& point) const;
   [[nodiscard]] std::span<const FaceBound> faceBounds() const;
   [[nodiscard]] std::span<const MeshEdge> edges() const;
 
@@ -146,9 +157,9 @@ class Obstacles {
     int face = -1;
     Vector3 on_rod = Vector3::Zero(), on_mesh = Vector3::Zero();
   };
-  /// The smallest distance of a polyline (at least two points) to the obstacles if below `limit` [m], which
+  /// The smallest distance of a polyline (at least two points) to the faces if below `limit` [m], which
   /// may be infinite; else distance is infinite and face -1. Of equals the first segment, then the first
-  /// face.
+  /// face. The meshes themselves may be nearer by `deviation()`.
   [[nodiscard]] Clearance clearance(std::span<const Vector3> polyline, double limit) const;
 
  private:

@@ -1,9 +1,13 @@
 /// Small models for the tests and benchmarks of the dynamics.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "tendril/dynamics.h"
 
@@ -58,6 +62,46 @@ inline TriangleMesh tube(double radius, double from_x, double to_x, int sides = 
     mesh.faces.push_back({b, a + 1, b + 1});
   }
   return mesh;
+}
+
+/// The same shape with every face cut into n * n.
+inline TriangleMesh refined(const TriangleMesh& mesh, int n) {
+  TriangleMesh fine{.vertices = mesh.vertices, .faces = {}};
+  std::map<std::array<int, 3>, int> on_edge;  // vertices by the edge's ends, the lower first, and the place
+  for (const auto& [a, b, c] : mesh.faces) {
+    const auto between = [&](int from, int to, int i) {
+      if (from > to) std::swap(from, to), i = n - i;
+      if (i == 0 || i == n) return i == 0 ? from : to;
+      const auto [vertex, is_new] =
+          on_edge.try_emplace({from, to, i}, static_cast<int>(fine.vertices.size()));
+      const Vector3 &p = mesh.vertices[static_cast<std::size_t>(from)],
+                    &q = mesh.vertices[static_cast<std::size_t>(to)];
+      if (is_new) fine.vertices.push_back(p + static_cast<double>(i) / n * (q - p));
+      return vertex->second;
+    };
+    std::vector<std::vector<int>> rows;  // row i, from ab to ac, i of n from a
+    for (int i = 0; i <= n; ++i) {
+      const int first = between(a, b, i), last = between(a, c, i);
+      rows.push_back({first});
+      for (int j = 1; j < i; ++j) {
+        if (i == n) {
+          rows.back().push_back(between(b, c, j));
+          continue;
+        }
+        const Vector3 p = fine.vertices[static_cast<std::size_t>(first)],
+                      q = fine.vertices[static_cast<std::size_t>(last)];
+        rows.back().push_back(static_cast<int>(fine.vertices.size()));
+        fine.vertices.push_back(p + static_cast<double>(j) / i * (q - p));
+      }
+      if (i > 0) rows.back().push_back(last);
+    }
+    for (std::size_t i = 0; i + 1 < rows.size(); ++i)
+      for (std::size_t j = 0; j <= i; ++j) {
+        fine.faces.push_back({rows[i][j], rows[i + 1][j], rows[i + 1][j + 1]});
+        if (j < i) fine.faces.push_back({rows[i][j], rows[i + 1][j + 1], rows[i][j + 1]});
+      }
+  }
+  return fine;
 }
 
 inline Obstacles obstaclesOf(std::vector<TriangleMesh> meshes) { return Obstacles(meshes); }

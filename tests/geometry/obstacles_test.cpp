@@ -33,6 +33,13 @@ TriangleMesh cube() {
 
 Obstacles of(const TriangleMesh& mesh) { return Obstacles(std::span(&mesh, 1)); }
 
+Vector3 middleOf(const Obstacles& obstacles, std::size_t face) {
+  Vector3 sum = Vector3::Zero();
+  for (const int v : obstacles.faces()[face].vertices)
+    sum += obstacles.vertices()[static_cast<std::size_t>(v)];
+  return sum / 3;
+}
+
 Aabb boxOf(const Obstacles& obstacles, std::size_t face) {
   Aabb box;
   for (const int v : obstacles.faces()[face].vertices)
@@ -242,8 +249,9 @@ TEST(Edges, ACubeHasTwelveConvexEdgesAndSixFlatOnes) {
 }
 
 /// Two faces on the edge from (0,0,0) to (0,1,0): one toward -x, the other turned up from +x by `angle`.
-Obstacles hinge(double angle, int faces = 2) {
+Obstacles hinge(double angle, int faces = 2, double rounding = 0x1p-53) {
   TriangleMesh mesh;
+  mesh.rounding = rounding;
   mesh.vertices = {
       {0, 0, 0}, {0, 1, 0}, {-1, 0.3, 0}, {std::cos(angle), 0.6, std::sin(angle)}, {0.2, 0.5, -1}};
   mesh.faces = {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}};
@@ -262,10 +270,15 @@ TEST(Edges, AValleyOpensTowardItsWedgeWhateverTheOrientationOfTheFaces) {
   }
 }
 
-TEST(Edges, FlatMeansCoplanarOnOppositeSides) {
-  EXPECT_TRUE(hingeEdge(hinge(0)).flat);
-  EXPECT_TRUE(hingeEdge(hinge(5e-8)).flat);
-  EXPECT_FALSE(hingeEdge(hinge(2e-7)).flat);
+TEST(Edges, FlatMeansCoplanarToTheVerticesRoundingOnOppositeSides) {
+  const auto is_flat = [](double angle, double rounding) {
+    return hingeEdge(hinge(angle, 2, rounding)).flat;
+  };
+  EXPECT_TRUE(is_flat(0, 0x1p-53));
+  EXPECT_TRUE(is_flat(1e-15, 0x1p-53));
+  EXPECT_FALSE(is_flat(1e-13, 0x1p-53));
+  EXPECT_TRUE(is_flat(1e-7, 0x1p-24));
+  EXPECT_FALSE(is_flat(1e-6, 0x1p-24));
   const Obstacles folded = hinge(std::numbers::pi);  // the second face lies on the first
   EXPECT_FALSE(hingeEdge(folded).flat);
   EXPECT_NEAR(hingeEdge(folded).wedge.norm(), 2, 1e-14);
@@ -362,7 +375,29 @@ TEST(Obstacles, KeepTheMeshesApartAndRememberWhereFacesCameFrom) {
   ASSERT_EQ(obstacles.faces().size(), 24u);
   for (std::size_t f = 0; f < 24; ++f) {
     EXPECT_EQ(obstacles.faces()[f].mesh, f < 12 ? 0 : 1);
-    EXPECT_EQ(obstacles.faces()[f].face_in_mesh, static_cast<int>(f % 12));
+    EXPECT_EQ(obstacles.faceInMesh(static_cast<int>(f), middleOf(obstacles, f)), static_cast<int>(f % 12));
+  }
+}
+
+TEST(Obstacles, NameTheFaceOfTheMeshThatAPointIsOn) {
+  // A sheet of 20 * 20 squares, which is two faces here.
+  TriangleMesh mesh;
+  for (int i = 0; i <= 20; ++i)
+    for (int j = 0; j <= 20; ++j) mesh.vertices.emplace_back(i, j, 0);
+  for (int i = 0; i < 20; ++i)
+    for (int j = 0; j < 20; ++j) {
+      const int a = 21 * i + j;
+      mesh.faces.push_back({a, a + 21, a + 22});
+      mesh.faces.push_back({a, a + 22, a + 1});
+    }
+  const Obstacles obstacles = of(mesh);
+  ASSERT_EQ(obstacles.faces().size(), 2u);
+  EXPECT_EQ(obstacles.edges().size(), 5u);
+  EXPECT_EQ(obstacles.deviation(), 0);
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    Vector3 middle = Vector3::Zero();
+    for (const int v : mesh.faces[f]) middle += mesh.vertices[static_cast<std::size_t>(v)] / 3;
+    for (const int k : {0, 1}) EXPECT_EQ(obstacles.faceInMesh(k, middle), static_cast<int>(f));
   }
 }
 

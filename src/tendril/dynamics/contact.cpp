@@ -25,7 +25,7 @@ constexpr std::size_t kSlots = 1024;  // of the table from key to term; a power 
 }  // namespace
 
 void Contacts::prepare(const Obstacles& obstacles, const RodProperties& rod, const Barrier& barrier) {
-  radius_ = rod.radius;
+  radius_ = rod.radius + obstacles.deviation();
   barrier_ = barrier;
   self_contact_ = rod.self_contact;
   self_.prepare(rod.radius, rod.elementLength(), barrier);
@@ -427,8 +427,7 @@ double Contacts::room(const std::vector<Vector3>& positions) {
 double Contacts::leastGap() const {
   double least = std::numeric_limits<double>::infinity();
   for (const Term& term : terms_) least = std::min(least, term.distance - radius_);
-  if (self_contact_)
-    for (const SelfContacts::Term& term : self_.terms()) least = std::min(least, term.distance - 2 * radius_);
+  if (self_contact_) least = std::min(least, self_.leastGap());
   return least;
 }
 

@@ -145,7 +145,7 @@ class Contacts {
   void addPair(const SegmentEdgePair& pair, double fade, const Vector3& fade_by_u);
 
   const Obstacles* obstacles_ = nullptr;
-  double radius_ = 0;
+  double radius_ = 0;  // of the rod, and what the meshes are off their faces by
   Barrier barrier_;
   bool self_contact_ = false;
   SelfContacts self_;

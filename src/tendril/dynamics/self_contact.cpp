@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -92,6 +93,12 @@ bool SelfContacts::evaluate(const std::vector<Vector3>& positions) {
     }
   }
   return true;
+}
+
+double SelfContacts::leastGap() const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Term& term : terms_) least = std::min(least, term.distance - 2 * radius_);
+  return least;
 }
 
 double SelfContacts::energy() const {

@@ -23,6 +23,8 @@ class SelfContacts {
                                     KeptGap keep) const;
   [[nodiscard]] bool evaluate(const std::vector<Vector3>& positions);
   [[nodiscard]] double energy() const;
+  /// The smallest gap of a term [m]; infinity if there is none.
+  [[nodiscard]] double leastGap() const;
   /// The Hessian keeps each side's own blocks, doubled: (a - b)^2 <= 2 a^2 + 2 b^2 keeps the system
   /// block-tridiagonal and positive, at the price of linear convergence.
   void addDerivatives(const std::vector<beam::Node>& nodes, BlockTridiagonal& system) const;

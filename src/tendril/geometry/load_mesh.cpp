@@ -151,6 +151,7 @@ TriangleMesh loadMesh(const fs::path& file, double scale, const Pose& pose) {
   Collector collector(file, *scene);
   collector.addNode(*scene->mRootNode, {scale * pose.rotation.toRotationMatrix(), pose.position});
   TriangleMesh mesh = std::move(collector.mesh);
+  mesh.origin = pose.position, mesh.rounding = 0x1p-24;
   weld(mesh);
   dropFacesWithoutArea(mesh);
   if (mesh.faces.empty())

@@ -2,15 +2,17 @@
 
 #include <algorithm>
 #include <cassert>
-#include <numeric>
 
 #include "tendril/geometry.h"
 #include "tendril/geometry/box_tree.h"
+#include "tendril/geometry/edge_uses.h"
+#include "tendril/geometry/flat_patches.h"
+#include "tendril/geometry/unit.h"
 
 namespace tendril {
 namespace {
 
-std::span<const Vector3> checkedVertices(const TriangleMesh& mesh, std::size_t number) {
+void check(const TriangleMesh& mesh, std::size_t number) {
   if (mesh.faces.empty())
     throw InputError(fmt::format("obstacle mesh {}: has no faces; leave it out.", number));
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
@@ -21,35 +23,34 @@ std::span<const Vector3> checkedVertices(const TriangleMesh& mesh, std::size_t n
       if (v < 0 || static_cast<std::size_t>(v) >= mesh.vertices.size())
         throw InputError(fmt::format("obstacle mesh {}: face {} names vertex {}; there are {}.", number, f, v,
                                      mesh.vertices.size()));
-  return mesh.vertices;
 }
 
 /// Height of a face over its edge, by the distance of its apex from the nearer end, below which its direction
 /// is not trusted: `along` is off by 1e-16, hence the direction by that over this.
-constexpr double kThin = 1e-9;
+constexpr double kNoHeight = 1e-9;
 
-/// The unit vector in the plane of edge ab and apex c, perpendicular to the edge, toward the apex; zero if
-/// the three lie on one line, or so nearly that rounding has a say in where it points.
-Vector3 directionIntoFace(const Vector3& a, const Vector3& b, const Vector3& c) {
-  const Vector3 along = (b - a).stableNormalized();
+/// The way from an edge into one of its faces: a unit vector in the face, perpendicular to the edge, and how
+/// high the apex is above it. Zero if the three corners lie on one line, or so nearly that rounding has a say
+/// in where it points.
+struct WayIn {
+  Vector3 direction = Vector3::Zero();
+  double height = 0;
+};
+WayIn wayIntoFace(const Vector3& a, const Vector3& b, const Vector3& c) {
+  const Vector3 along = unit(b - a);
   const Vector3 from_a = c - a, from_b = c - b;
   Vector3 into =
       from_a.squaredNorm() < from_b.squaredNorm() ? from_a : from_b;  // the shorter: less cancellation
-  const double length = into.stableNorm();
+  const double length = lengthOf(into);
   into -= into.dot(along) * along;
   into -= into.dot(along) * along;  // what rounding left along the edge
-  if (!(into.stableNorm() > kThin * length)) return Vector3::Zero();
-  return into.stableNormalized();
+  const double height = lengthOf(into);
+  if (!(height > kNoHeight * length)) return {};
+  return {into / height, height};
 }
 
-/// One face's use of an edge.
-struct EdgeUse {
-  int a, b;  // vertices, a <= b
-  int face, k;
-};
-
-/// |wedge| below which two faces count as coplanar: the sine of the angle between them.
-constexpr double kFlat = 1e-7;
+/// |wedge|, the sine of the angle between two faces, below which it is never trusted.
+constexpr double kNoWedge = 1e-7;
 
 /// What is asked of many triangles: whether they may come near a capsule.
 class NearCapsule {
@@ -91,84 +92,93 @@ class NearCapsule {
 struct Obstacles::Data {
   std::vector<Vector3> vertices;
   std::vector<Face> faces;
+  std::vector<int> patch;  // of each face; of one that is alone in its plane, ~ its number in its mesh
   std::vector<MeshEdge> edges;
   Aabb bounds;  // of all vertices
   BoxTree tree{{}};
   std::vector<FaceBound> face_bounds;
+  double deviation = 0;
+
+  /// A face of a mesh as it was given.
+  struct Original {
+    int patch;
+    std::array<int, 3> vertices;
+    int number;  // in its mesh
+  };
+  std::vector<Original> originals;  // of the patches
+  std::vector<double> off_plane;    // of each patch: the most that a vertex is off its plane [m]
 
   [[nodiscard]] const Vector3& vertex(int i) const { return vertices[static_cast<std::size_t>(i)]; }
   [[nodiscard]] const Vector3& corner(const Face& face, int k) const {
     return vertex(face.vertices[static_cast<std::size_t>(k % 3)]);
   }
 
+  void add(const TriangleMesh& mesh, std::size_t number);
   void findEdges();
   [[nodiscard]] MeshEdge edge(std::span<const EdgeUse> uses) const;
 };
 
-void Obstacles::Data::findEdges() {
-  // Sorted by a, b, face, k: counted by a, each then sorted by b with the order of the faces kept.
-  std::vector<std::size_t> begin(vertices.size() + 1);  // of the uses of the edges from a
-  const auto forEachUse = [this](const auto& visit) {
-    for (std::size_t f = 0; f < faces.size(); ++f)
-      for (int k = 0; k < 3; ++k) {
-        const auto [a, b] = std::minmax(faces[f].vertices[static_cast<std::size_t>(k)],
-                                        faces[f].vertices[static_cast<std::size_t>((k + 1) % 3)]);
-        visit(EdgeUse{a, b, static_cast<int>(f), k});
-      }
+void Obstacles::Data::add(const TriangleMesh& mesh, std::size_t number) {
+  const auto shifted = [](const std::array<int, 3>& corners, int offset) {
+    return std::array{corners[0] + offset, corners[1] + offset, corners[2] + offset};
   };
-  forEachUse([&](const EdgeUse& use) { ++begin[static_cast<std::size_t>(use.a) + 1]; });
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<EdgeUse> uses(3 * faces.size());
-  std::vector<std::size_t> end(begin.begin(), begin.end() - 1);
-  forEachUse([&](const EdgeUse& use) { uses[end[static_cast<std::size_t>(use.a)]++] = use; });
-  for (std::size_t a = 0; a < end.size(); ++a)
-    std::stable_sort(uses.data() + begin[a], uses.data() + end[a],
-                     [](const EdgeUse& x, const EdgeUse& y) { return x.b < y.b; });
+  check(mesh, number);
+  const int first_vertex = static_cast<int>(vertices.size());
+  vertices.insert(vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+  const FlatPatches flat = flatPatches(mesh);
+  const int first_patch = static_cast<int>(off_plane.size());
+  off_plane.insert(off_plane.end(), flat.off_plane.begin(), flat.off_plane.end());
+  const auto numberOf = [&](int patch_in_mesh) {
+    return patch_in_mesh < 0 ? patch_in_mesh : first_patch + patch_in_mesh;
+  };
+  for (const FlatPatches::Face& face : flat.faces) {
+    faces.push_back({shifted(face.vertices, first_vertex), {}, static_cast<int>(number)});
+    patch.push_back(numberOf(face.patch));
+  }
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f)
+    if (flat.patch_of[f] >= 0)
+      originals.push_back(
+          {numberOf(flat.patch_of[f]), shifted(mesh.faces[f], first_vertex), static_cast<int>(f)});
+  deviation = std::max(deviation, flat.deviation);
+}
 
+void Obstacles::Data::findEdges() {
+  const auto corners = [this](std::size_t f) -> const std::array<int, 3>& { return faces[f].vertices; };
   edges.reserve(2 * faces.size());
-  for (std::size_t first = 0, last = 0; first < uses.size(); first = last) {
-    while (last < uses.size() && uses[last].a == uses[first].a && uses[last].b == uses[first].b) {
-      const EdgeUse& use = uses[last++];
+  forEachEdge(edgeUses(faces.size(), corners, vertices.size()), [this](std::span<const EdgeUse> uses) {
+    for (const EdgeUse& use : uses)
       faces[static_cast<std::size_t>(use.face)].edges[static_cast<std::size_t>(use.k)] =
           static_cast<int>(edges.size());
-    }
-    edges.push_back(edge(std::span(uses).subspan(first, last - first)));
-  }
+    edges.push_back(edge(uses));
+  });
 }
 
 MeshEdge Obstacles::Data::edge(std::span<const EdgeUse> uses) const {
   MeshEdge result{uses[0].a, uses[0].b, Vector3::Zero(), false};
   if (uses.size() != 2) return result;
-  Vector3 into[2];
+  WayIn into[2];
+  int patches[2];
   for (std::size_t i = 0; i < 2; ++i) {
     const Face& face = faces[static_cast<std::size_t>(uses[i].face)];
-    into[i] = directionIntoFace(vertex(result.a), vertex(result.b), corner(face, uses[i].k + 2));
-    if (into[i].isZero(0)) return result;  // a face (nearly) without area says nothing
+    into[i] = wayIntoFace(vertex(result.a), vertex(result.b), corner(face, uses[i].k + 2));
+    patches[i] = patch[static_cast<std::size_t>(uses[i].face)];
   }
+  const bool known = into[0].height > 0 && into[1].height > 0;
+  const bool folded = known && into[0].direction.dot(into[1].direction) > 0;
+  result.flat = patches[0] >= 0 && patches[0] == patches[1] && !folded;
+  if (result.flat || !known) return result;
+  double tilt = 0;  // of the faces against their patches' planes, at most
+  for (std::size_t i = 0; i < 2; ++i)
+    if (patches[i] >= 0) tilt += 2 * off_plane[static_cast<std::size_t>(patches[i])] / into[i].height;
   // The directions cancel exactly when the faces are coplanar and on opposite sides.
-  result.wedge = into[0] + into[1];
-  result.flat = result.wedge.norm() < kFlat;
-  if (result.flat) result.wedge.setZero();
+  const Vector3 wedge = into[0].direction + into[1].direction;
+  if (wedge.norm() > std::max(kNoWedge, 2 * tilt)) result.wedge = wedge;
   return result;
 }
 
 Obstacles::Obstacles(std::span<const TriangleMesh> meshes) {
   auto data = std::make_unique<Data>();
-  std::size_t vertices_count = 0, faces_count = 0;
-  for (const TriangleMesh& mesh : meshes)
-    vertices_count += mesh.vertices.size(), faces_count += mesh.faces.size();
-  data->vertices.reserve(vertices_count);
-  data->faces.reserve(faces_count);
-  for (std::size_t m = 0; m < meshes.size(); ++m) {
-    const int offset = static_cast<int>(data->vertices.size());
-    const std::span<const Vector3> vertices = checkedVertices(meshes[m], m);
-    data->vertices.insert(data->vertices.end(), vertices.begin(), vertices.end());
-    for (std::size_t f = 0; f < meshes[m].faces.size(); ++f) {
-      const auto& [a, b, c] = meshes[m].faces[f];
-      data->faces.push_back(
-          {{a + offset, b + offset, c + offset}, {}, static_cast<int>(m), static_cast<int>(f)});
-    }
-  }
+  for (std::size_t m = 0; m < meshes.size(); ++m) data->add(meshes[m], m);
   for (const Vector3& v : data->vertices) data->bounds.include(v);
   data->findEdges();
   std::vector<Aabb> boxes(data->faces.size());
@@ -181,7 +191,7 @@ Obstacles::Obstacles(std::span<const TriangleMesh> meshes) {
     const double radius = std::max({(a - center).norm(), (b - center).norm(), (c - center).norm()});
     const Vector3 normal = (b - a).cross(c - a);
     const bool sharp = normal.norm() < 1e-5 * std::max((b - a).squaredNorm(), (c - a).squaredNorm());
-    data->face_bounds[f] = {center, radius, sharp ? Vector3(Vector3::Zero()) : normal.stableNormalized()};
+    data->face_bounds[f] = {center, radius, sharp ? Vector3(Vector3::Zero()) : unit(normal)};
   }
   data->tree = BoxTree(boxes);
   data_ = std::move(data);
@@ -195,6 +205,22 @@ std::span<const Vector3> Obstacles::vertices() const { return data_->vertices; }
 std::span<const Obstacles::Face> Obstacles::faces() const { return data_->faces; }
 std::span<const Obstacles::FaceBound> Obstacles::faceBounds() const { return data_->face_bounds; }
 std::span<const MeshEdge> Obstacles::edges() const { return data_->edges; }
+
+double Obstacles::deviation() const { return data_->deviation; }
+
+int Obstacles::faceInMesh(int face, const Vector3& point) const {
+  const auto f = static_cast<std::size_t>(face);
+  int found = ~data_->patch[f];
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& [patch, corners, number] : data_->originals) {
+    if (patch != data_->patch[f]) continue;
+    const double distance = closestPointOnTriangle(point, data_->vertex(corners[0]),
+                                                   data_->vertex(corners[1]), data_->vertex(corners[2]))
+                                .distance;
+    if (distance < least) least = distance, found = number;
+  }
+  return found;
+}
 
 void Obstacles::facesNear(const Aabb& box, std::vector<int>& out) const {
   const auto first = static_cast<std::ptrdiff_t>(out.size());

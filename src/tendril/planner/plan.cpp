@@ -185,7 +185,7 @@ Exploration Explorer::explore(const std::vector<Root>& roots, int extends) {
                                         : RodState::atRest(resample(reached.nodes, model_.rod.elements));
     for (std::size_t i = 0; i < nodes; ++i) positions[i] = rod.nodes[i].position;
     // The chords of a coarser rod may cut a corner; such a root is left out.
-    if (obstacles_.clearance(positions, model_.rod.radius).segment < 0) {
+    if (obstacles_.clearance(positions, model_.rod.radius + obstacles_.deviation()).segment < 0) {
       problem->addStartState(state);
       root_of_start.push_back(k);
     }

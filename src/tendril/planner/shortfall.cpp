@@ -1,6 +1,7 @@
 #include "tendril/planner/shortfall.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "tendril/planner/extend.h"
@@ -175,28 +176,14 @@ Limit Prober::limitOf(const Probe& probe, End gripper) const {
 }
 
 FaceContact Prober::faceContact(const ContactForce& contact) const {
-  const Obstacles& obstacles = *model_.obstacles;
-  const auto vertex = [&](int k) -> const Vector3& {
-    return obstacles.vertices()[static_cast<std::size_t>(k)];
-  };
-  Aabb box;
-  box.include(contact.position);
-  box.inflate(1e-3 * model_.rod.radius);
-  std::vector<int> near;
-  obstacles.facesNear(box, near);
   FaceContact out{
       .s = contact.s, .position = contact.position, .force = contact.force, .mesh = {}, .face = 0};
-  double least = std::numeric_limits<double>::infinity();
-  for (const int k : near) {
-    const Obstacles::Face& face = obstacles.faces()[static_cast<std::size_t>(k)];
-    const double distance = closestPointOnTriangle(contact.position, vertex(face.vertices[0]),
-                                                   vertex(face.vertices[1]), vertex(face.vertices[2]))
-                                .distance;
-    if (distance >= least) continue;
-    least = distance;
-    out.mesh = scenario_.environment.meshes[static_cast<std::size_t>(face.mesh)].file;
-    out.face = face.face_in_mesh;
-  }
+  const std::array<Vector3, 2> place = {contact.position, contact.position};
+  const Obstacles::Clearance near = model_.obstacles->clearance(place, 1e-3 * model_.rod.radius);
+  if (near.face < 0) return out;
+  const Obstacles::Face& face = model_.obstacles->faces()[static_cast<std::size_t>(near.face)];
+  out.mesh = scenario_.environment.meshes[static_cast<std::size_t>(face.mesh)].file;
+  out.face = model_.obstacles->faceInMesh(near.face, contact.position);
   return out;
 }
 

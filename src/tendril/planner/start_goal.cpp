@@ -23,7 +23,7 @@ std::string misplacement(const RodShape& shape, const Scenario& scenario, const 
       return fmt::format("leaves environment.workspace_m at node {} ({:.4g}, {:.4g}, {:.4g} m)", i,
                          positions[i].x(), positions[i].y(), positions[i].z());
   // Touching counts as penetrating: a rod without any gap cannot be moved.
-  const double least = scenario.rod.radius + 1e-9 * scenario.rod.length;
+  const double least = scenario.rod.radius + obstacles.deviation() + 1e-9 * scenario.rod.length;
   const Obstacles::Clearance near = obstacles.clearance(positions, least);
   if (near.segment >= 0) {
     const auto k = static_cast<std::size_t>(near.segment);
@@ -31,8 +31,8 @@ std::string misplacement(const RodShape& shape, const Scenario& scenario, const 
     const Obstacles::Face& face = obstacles.faces()[static_cast<std::size_t>(near.face)];
     return fmt::format("touches or penetrates {} by {:.3g} mm at node {} (face {})",
                        scenario.environment.meshes[static_cast<std::size_t>(face.mesh)].file,
-                       1e3 * std::max(0.0, scenario.rod.radius - near.distance),
-                       near.segment + (second ? 1 : 0), face.face_in_mesh);
+                       1e3 * (least - near.distance), near.segment + (second ? 1 : 0),
+                       obstacles.faceInMesh(near.face, near.on_mesh));
   }
   const double self =
       scenario.rod.self_contact ? selfDistance(shape, scenario.rod) : std::numeric_limits<double>::infinity();

@@ -79,7 +79,9 @@ struct RodSampler::Impl {
       if (space.workspace && !space.workspace->contains(positions[k])) return false;
     }
     if (!(selfDistance(out.nodes, rod) > 2 * rod.radius)) return false;
-    if (space.obstacles && space.obstacles->clearance(positions, rod.radius).segment >= 0) return false;
+    if (space.obstacles &&
+        space.obstacles->clearance(positions, rod.radius + space.obstacles->deviation()).segment >= 0)
+      return false;
     if (!space.stable_only) return integrator.solve(bases[i], wrench, out) == ChartStatus::equilibrium;
     // A light rod's verdict is known; a heavy one's is asked for last, being dear.
     if (heavy && !integrator.isStable(bases[i].rotation, wrench)) return false;
