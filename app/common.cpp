@@ -1,7 +1,6 @@
 #include "common.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cassert>
@@ -33,15 +32,6 @@ std::chrono::steady_clock::time_point processStart() { return process_start; }
 
 double secondsSinceStart() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - process_start).count();
-}
-
-double cpuSeconds() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
 World loadWorld(const Scenario& scenario) {

@@ -16,8 +16,6 @@ namespace tendril::app {
 /// When the process started, and the wall time since then [s].
 [[nodiscard]] std::chrono::steady_clock::time_point processStart();
 [[nodiscard]] double secondsSinceStart();
-/// Processor time of all threads since the process started [s].
-[[nodiscard]] double cpuSeconds();
 
 /// The scenario's meshes, loaded and indexed.
 struct World {

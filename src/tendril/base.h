@@ -1,4 +1,4 @@
-/// tendril/base.h: small vectors, SE(3), input errors, seeded randomness, files.
+/// tendril/base.h: small vectors, SE(3), input errors, seeded randomness, processor time, files.
 ///
 /// Conventions of the whole project (docs/symbols.md): SI units; rotations are unit quaternions; a 6-vector
 /// is (angular; linear), rotation first, expressed in the frame it belongs to (the "body" frame).
@@ -6,6 +6,7 @@
 
 #include <Eigen/Dense>
 #include <cstdint>
+#include <ctime>
 #include <filesystem>
 #include <random>
 #include <stdexcept>
@@ -90,6 +91,11 @@ class Random {
  private:
   std::mt19937_64 engine_;
 };
+
+// ---------------------------------------------------------------------------------------------- time
+
+/// Processor time of all threads since the process started [s].
+[[nodiscard]] inline double cpuSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 // ---------------------------------------------------------------------------------------------- files
 

@@ -14,7 +14,6 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
-#include <ctime>
 #include <deque>
 #include <future>
 #include <mutex>
@@ -289,12 +288,6 @@ Replay replayExactly(const RodModel& model, const ExtendSettings& settings, cons
   replay.steps = recorder.steps();
   replay.trajectory = recorder.take();
   return replay;
-}
-
-double cpuSeconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
 /// Why planning ended without a plan.
