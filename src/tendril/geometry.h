@@ -136,7 +136,7 @@ class Obstacles {
   [[nodiscard]] std::span<const Face> faces() const;
   /// How much farther away than asked for a rod must be kept by its nodes from the faces and by its segments
   /// from the edges that are not flat, to be as far as asked for from the meshes [m]. A few times what the
-  /// meshes' vertices are off by; 0 where no plane is cut.
+  /// meshes' vertices are off by; 0 where what is flat is exactly so.
   [[nodiscard]] double deviation() const;
   /// The number in its mesh of the mesh's own face that is nearest to `point`, of those in whose flat patch
   /// `face` is. Looks at all of them.

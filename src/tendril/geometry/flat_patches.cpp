@@ -23,10 +23,11 @@ constexpr double kThin = 1e-3;
 constexpr double kTurned = 0.5;
 constexpr int kNone = std::numeric_limits<int>::min();  // no patch yet
 constexpr int kFits = 32;                               // of a patch's plane
-constexpr std::size_t kMostAt = 256;                    // faces at a vertex that is looked at
+constexpr std::size_t kMostAt = 256;                    // faces at a vertex left out, or beside
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
+/// Finds the patches of one mesh, then leaves out vertices, in this order.
 class Merger {
  public:
   explicit Merger(const TriangleMesh& mesh);
@@ -95,6 +96,7 @@ class Merger {
   }
   /// The worst of the new faces' shapes if all at `v` went to `to`; 0 if that cannot be.
   [[nodiscard]] double shapeIfMovedTo(int v, int to, const Star& star) const;
+  /// Puts `to` in the place of v in all faces at v; those at both are gone.
   void move(int v, int to);
 
   std::span<const Vector3> vertices_;
